@@ -1,0 +1,93 @@
+/* What came of a render: timings, what was chosen, what was left out, what to be warned of.
+ * report_write.c turns it into JSON; report.schema.json describes that. */
+#ifndef PELT_API_REPORT_H
+#define PELT_API_REPORT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "api/scene.h"
+
+/* Stages of a request, in order. Times are in milliseconds and do not overlap; their sum is the
+ * total within 5 % or 2 ms. */
+#define REPORT_STAGES(X)                                                                           \
+    X(queue)    /* waiting for a worker */                                                         \
+    X(parse)    /* JSON to scene, validation */                                                    \
+    X(assets)   /* finding, decoding and welding meshes and images; building the shell */          \
+    X(bake)     /* what is computed once for each material */                                      \
+    X(upload)   /* buffers and textures to the GL, shader variants */                              \
+    X(sort)     /* visibility order */                                                             \
+    X(shadow)   /* shadow maps */                                                                  \
+    X(draw)     /* everything that makes the picture, until the GL has finished it */              \
+    X(readback) /* pixels from the GL, and the box mean of the samples */                          \
+    X(encode)   /* PNG, EXR, base64 */
+
+enum report_stage {
+#define REPORT_STAGE_ENUM(name) REPORT_STAGE_##name,
+    REPORT_STAGES(REPORT_STAGE_ENUM)
+#undef REPORT_STAGE_ENUM
+        REPORT_STAGE_COUNT
+};
+
+const char *report_stage_name(enum report_stage stage);
+
+enum report_clock { REPORT_CLOCK_FENCE, REPORT_CLOCK_QUERY };
+
+struct report_warning {
+    char code[32];     /* stable: "zero-area-triangles", ... */
+    char pointer[128]; /* what it is about, in the scene */
+    char message[256]; /* for people */
+    uint64_t count;    /* how many */
+    uint64_t first;    /* index of the first one */
+};
+
+struct report_pass {
+    char name[32];
+    char why[160]; /* left out: the reason; drawn: what for, may be empty */
+};
+
+enum { REPORT_PASSES_MAX = 32, REPORT_WARNINGS_MAX = 64, REPORT_LOADED_MAX = 16 };
+
+struct report_work {
+    uint64_t triangles, prisms, tetrahedra, segments, fragments, samples;
+    uint64_t draws, upload_bytes, cycles;
+    uint64_t sort_nodes, sort_edges;
+};
+
+struct report {
+    double stage_ms[REPORT_STAGE_COUNT];
+    double total_ms;
+    enum report_clock clock;
+    bool cold; /* a shader was compiled or a bake was made for this picture */
+
+    struct scene resolved; /* arena-owned parts belong to the render result's arena */
+
+    /* renderer; static or context-lifetime strings copied in */
+    char backend[16], device[128], gl_renderer[128], gl_version[128], cpu[128];
+    int threads;
+    size_t loaded_count;
+    char loaded[REPORT_LOADED_MAX][48]; /* libraries opened on demand in this process */
+
+    size_t pass_count, left_out_count;
+    struct report_pass passes[REPORT_PASSES_MAX], left_out[REPORT_PASSES_MAX];
+
+    struct report_work work;
+
+    size_t warning_count;
+    uint64_t warnings_left_out;
+    struct report_warning warnings[REPORT_WARNINGS_MAX];
+};
+
+/* Appends a warning; past the limit it is only counted. */
+void report_warn(struct report *report, const char *code, const char *pointer, uint64_t count,
+                 uint64_t first, const char *format, ...) __attribute__((format(printf, 6, 7)));
+
+/* Appends to passes or left_out. */
+void report_pass(struct report *report, const char *name, const char *why);
+void report_left_out(struct report *report, const char *name, const char *why);
+
+/* The report as JSON, malloc'ed (caller frees); NULL where memory ran out. */
+char *report_write(const struct report *report);
+
+#endif

@@ -1,0 +1,40 @@
+/* The thin C face of OpenImageIO (image_oiio.cc, built as a module). Exceptions stop there.
+ * Untrusted input: formats are admitted by magic bytes (PNG, JPEG, OpenEXR, TIFF, HDR, WebP, GIF, TGA is not),
+ * dimensions are read and checked before a pixel is decoded. */
+#ifndef PELT_RENDERER_ASSET_IMAGE_OIIO_H
+#define PELT_RENDERER_ASSET_IMAGE_OIIO_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { IMAGE_SIDE_MAX = 16384, IMAGE_PIXELS_MAX = 64 * 1024 * 1024 };
+
+struct image_pixels {
+    int width, height, channels; /* as decoded */
+    float *data;                 /* width * height * channels, top row first; malloc'ed */
+    int bits;                    /* of the file's samples: 8, 16, 32 */
+    int is_float;
+};
+
+/* A table, so that a module needs one symbol (`pelt_image_module`). Every function returns 0 on
+ * success, else writes a message of at most message_bytes. */
+struct image_module {
+    /* Decodes all channels to float: integers as value / maximum, without any colour transform. */
+    int (*decode)(const unsigned char *data, size_t bytes, struct image_pixels *image,
+                  char *message, size_t message_bytes);
+    /* Writes premultiplied linear fp32 RGBA as a ZIP-compressed OpenEXR file into malloc'ed
+     * memory. The same pixels give the same bytes. */
+    int (*encode_exr)(const float *rgba, int width, int height, unsigned char **data,
+                      size_t *bytes, char *message, size_t message_bytes);
+    const char *(*version)(void);
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,47 @@
+/* The thin C face of tinygltf (mesh_gltf.cc, built as a module). Exceptions stop there.
+ * Untrusted input: no file system access, own bounds checks on every accessor, buffer view and
+ * sparse index; images are handed out encoded, never decoded here. */
+#ifndef PELT_RENDERER_ASSET_MESH_GLTF_H
+#define PELT_RENDERER_ASSET_MESH_GLTF_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A triangle soup, one entry for each corner (3 * triangle_count), node transforms applied, still
+ * Y-up as in the file. All arrays malloc'ed; gltf_soup_free of the table releases them. */
+struct gltf_soup {
+    uint64_t triangle_count;
+    double (*position)[3];
+    float (*normal)[3]; /* all zero where the primitive has none */
+    double (*uv)[2];
+    uint8_t *has_normal, *has_uv; /* for each triangle */
+    uint16_t *surface;            /* for each triangle */
+    uint32_t surface_count;
+    struct gltf_surface {
+        float base_color[4];
+        int image; /* -1: none */
+    } *surfaces;
+    uint32_t image_count;
+    struct gltf_image {
+        unsigned char *data; /* encoded: PNG or JPEG bytes */
+        size_t bytes;
+    } *images;
+};
+
+struct gltf_module {
+    /* 0 on success, else a message. .glb, or .gltf with embedded (data URI) buffers. */
+    int (*load)(const unsigned char *data, size_t bytes, uint64_t triangles_max,
+                struct gltf_soup *soup, char *message, size_t message_bytes);
+    void (*free)(struct gltf_soup *soup);
+    const char *(*version)(void);
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

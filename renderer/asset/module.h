@@ -1,0 +1,20 @@
+/* Opens Pelt's own modules (small shared objects under $libdir/pelt that link the heavy libraries)
+ * when first needed, and remembers which were opened, for the report. */
+#ifndef PELT_RENDERER_ASSET_MODULE_H
+#define PELT_RENDERER_ASSET_MODULE_H
+
+#include <stddef.h>
+
+#include "api/status.h"
+
+enum module { MODULE_MESH_GLTF, MODULE_IMAGE_OIIO, MODULE_COUNT };
+
+/* The module's table of functions (mesh_gltf.h, image_oiio.h), opened on first use. Looks beside the
+ * executable (../lib/pelt and lib/pelt), then in the configured libdir; PELT_LIBDIR overrides. NULL
+ * with STATUS_IO_ERROR and a message that names the package to install. */
+const void *module_open(enum module module, struct error *err);
+
+/* Names of the modules opened so far in this process, e.g. "OpenImageIO". */
+size_t module_loaded(const char *names[MODULE_COUNT]);
+
+#endif

@@ -1,0 +1,49 @@
+/* A material as voxels: what the built-in generators, height fields (and later volumes and voxelised
+ * geometry) all become. Grid over (u, v, w): periodic in u and v, clamped in w, voxel centres at
+ * (k + 1/2) / n. Voxel (x, y, z) is element (z * size[1] + y) * size[0] + x. */
+#ifndef PELT_RENDERER_ASSET_VOLUME_H
+#define PELT_RENDERER_ASSET_VOLUME_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "api/scene.h"
+#include "renderer/asset/source.h"
+
+struct volume {
+    int size[3]; /* voxels; {1, 1, 1} for homogeneous */
+
+    /* No voxels at all: extinction per object unit and radiance are constants. */
+    bool homogeneous;
+    double extinction, radiance[3];
+
+    /* NULL where the material has no medium. Per voxel 4 floats: extinction-weighted linear colour,
+     * then extinction. Both are times the shell's thickness (optical depth across one thickness):
+     * sigma * thickness = -log1p(-alpha) * size[2] for a voxel of stored alpha. */
+    float *medium;
+    float medium_max; /* largest extinction * thickness */
+
+    /* NULL where the material has no solid. Per voxel 4 floats: s-weighted linear colour, then
+     * s = clamp(1/2 + d/2, 0, 1), d the signed depth below the surface in voxels. Voxels with
+     * s >= 1/2 hold no extinction in `medium`. */
+    float *solid;
+
+    bool lit;
+    float specular, shininess;
+    size_t bytes;
+    int references;
+};
+
+struct volume_cache; /* keyed by the material's members and its images' SHA-256 */
+struct volume_cache *volume_cache_create(size_t bytes_max);
+void volume_cache_destroy(struct volume_cache *cache);
+
+/* The volume of a material, made or taken from the cache (`*made`: generated now). `pointer` is that
+ * of the material in the scene. Loads the OpenImageIO module only for images. STATUS_BAD_ASSET,
+ * STATUS_ASSET_NOT_FOUND, STATUS_NOT_IMPLEMENTED, STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY. */
+enum status volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
+                           const char *pointer, const struct asset_source *source,
+                           const struct volume **volume, bool *made, struct error *err);
+void volume_release(struct volume_cache *cache, const struct volume *volume);
+
+#endif

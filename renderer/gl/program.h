@@ -1,0 +1,37 @@
+/* Shader variants. A variant is a row of shaders/programs.def and a bit field of the flags in
+ * shaders/interface.h; the bit field is the key, and reaches GLSL as `#define VARIANT 0x..`, so a
+ * branch that a scene does not need is not compiled in. */
+#ifndef PELT_RENDERER_GL_PROGRAM_H
+#define PELT_RENDERER_GL_PROGRAM_H
+
+#include <glad/gl.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "api/status.h"
+
+enum gl_program_id {
+#define PROGRAM(name, vert, frag, comp, flags) GL_PROGRAM_##name,
+#include "shaders/programs.def"
+#undef PROGRAM
+    GL_PROGRAM_COUNT
+};
+
+struct gl_programs; /* a cache of linked variants, for one context */
+struct gl_programs *gl_programs_create(void);
+void gl_programs_destroy(struct gl_programs *programs);
+
+/* The linked program; compiled on first use, then *compiled (may be NULL) is set to true and never
+ * to false. STATUS_GL_ERROR carries the compiler's log. */
+enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id, uint32_t variant,
+                            GLuint *program, bool *compiled, struct error *err);
+
+/* The complete text of one stage of a variant (includes resolved, defines in place), malloc'ed.
+ * `stage`: "vert", "frag" or "comp". NULL where the program has no such stage. No GL needed. */
+char *gl_program_source(enum gl_program_id id, uint32_t variant, const char *stage);
+
+/* For the checks: the name of a program, the flags it knows, and whether a combination makes sense. */
+const char *gl_program_name(enum gl_program_id id);
+uint32_t gl_program_flags(enum gl_program_id id);
+
+#endif
