@@ -13,6 +13,10 @@
 struct volume {
     int size[3]; /* voxels; {1, 1, 1} for homogeneous */
 
+    /* SHA-256 of all that the voxels depend on (members, seed, image bytes): equal keys mean equal
+     * voxels, so what is baked from them may outlive this copy. */
+    unsigned char key[32];
+
     /* No voxels at all: extinction per object unit and radiance are constants. */
     bool homogeneous;
     double extinction, radiance[3];

@@ -1,0 +1,50 @@
+/* A material's voxels as textures, uploaded once and shared by every picture that uses them.
+ *
+ * Texture layout, the same for all paths: GL_TEXTURE_3D over (u, v, w), GL_REPEAT in u and v,
+ * GL_CLAMP_TO_EDGE in w, GL_LINEAR without mip levels, so that texture(t, vec3(u, v, w)) is the
+ * trilinear interpolation that DESIGN.md defines (u, v already multiplied by `tiles`). */
+#ifndef PELT_RENDERER_BAKE_VOLUME_TEXTURE_H
+#define PELT_RENDERER_BAKE_VOLUME_TEXTURE_H
+
+#include <glad/gl.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "api/status.h"
+#include "renderer/asset/volume.h"
+#include "renderer/gl/clock.h"
+
+/* Texture names; 0 where the material has no such part, so that a path can leave the fetch out. */
+struct baked {
+    GLuint medium; /* RGBA32F: extinction-weighted linear colour, then extinction, both times the
+                      thickness (struct volume's `medium`) */
+    GLuint solid;  /* RGBA32F: s-weighted linear colour, then s (struct volume's `solid`) */
+
+    /* RGBA16F, xyz: the outward direction (from dense to empty) times the change per voxel along u,
+     * v, w, as normals.h defines it; of opacity for the medium, of s for the solid; w is 0.
+     * 0 where the material is unlit. */
+    GLuint medium_gradient, solid_gradient;
+};
+
+struct bake_cache; /* one for each GL context; least recently used goes first */
+
+/* `bytes_max`: texture memory kept for volumes that nobody holds. NULL where memory ran out. */
+struct bake_cache *bake_cache_create(size_t bytes_max);
+void bake_cache_destroy(struct bake_cache *cache); /* takes NULL; the context must be current */
+
+/* The textures of a volume, made and uploaded or taken from the cache. A homogeneous volume has
+ * none (all 0). `lit`: gradients are wanted; they are added later if the volume was first asked for
+ * without. The volume is only read during the call.
+ *
+ * `*made` is set to true where something was computed or uploaded now (never to false) and
+ * `*upload_bytes` is added to. `clock` is moved to the stage `bake` while the CPU computes and to
+ * `upload` while textures are made, and is left in one of the two. All three may be NULL.
+ * `*baked` belongs to the cache and is valid until bake_release(). STATUS_TOO_COMPLEX (larger than
+ * GL_MAX_3D_TEXTURE_SIZE), STATUS_OUT_OF_MEMORY, STATUS_GL_ERROR. Thread: the context's. */
+enum status bake_acquire(struct bake_cache *cache, const struct volume *volume, bool lit,
+                         const struct baked **baked, bool *made, uint64_t *upload_bytes,
+                         struct stage_clock *clock, struct error *err);
+void bake_release(struct bake_cache *cache, const struct baked *baked); /* takes NULL */
+
+#endif
