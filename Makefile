@@ -22,7 +22,7 @@ CPPFLAGS := -I. -I$(BUILD)/gen -I$(BUILD)/gen/glad/include -D_GNU_SOURCE \
 CFLAGS   := -std=c11 $(OPT) $(WARN_C) $(SAN) -fvisibility=hidden -ffp-contract=off -pthread
 CXXFLAGS := -std=c++17 $(OPT) $(WARN) $(SAN) -fvisibility=hidden -pthread -fPIC
 LDFLAGS  := $(SAN) -pthread
-LIBS     := -lmicrohttpd -ljansson -lgnutls -lpng -lm -ldl
+LIBS     := -lmicrohttpd -ljansson -lgnutls -lpng -lz -lm -ldl
 
 # Every .c belongs to the program by lying in its room; main is the only file with a main().
 API_SRC      := $(wildcard api/*.c)
