@@ -3,8 +3,12 @@ VERSION := 0.1.0
 PREFIX  ?= /usr/local
 LIBDIR  ?= $(PREFIX)/lib
 BUILD   ?= build
-CC      ?= gcc
-CXX     ?= g++
+ifeq ($(origin CC),default)
+CC := gcc
+endif
+ifeq ($(origin CXX),default)
+CXX := g++
+endif
 PYTHON  ?= /usr/bin/python3
 
 COMMIT := $(shell git rev-parse --short=12 HEAD 2>/dev/null || echo unknown)
@@ -34,7 +38,8 @@ GLAD_H       := $(BUILD)/gen/glad/include/glad/gl.h
 SHADERS      := $(wildcard shaders/*)
 EMBEDDED     := $(SHADERS) $(wildcard api/*.json api/*.yaml service/www/*)
 
-MODULES   := $(BUILD)/lib/pelt/mesh_gltf.so $(BUILD)/lib/pelt/image_oiio.so
+# A module is a shim around one heavy library, opened when first needed: renderer/asset/module.h.
+MODULES   := $(patsubst %.cc,$(BUILD)/lib/pelt/%.so,$(notdir $(wildcard renderer/asset/*.cc)))
 TEST_SRC  := $(wildcard tests/unit/test_*.c tests/property/test_*.c tests/golden/test_*.c tests/service/test_*.c)
 TEST_BIN  := $(TEST_SRC:tests/%.c=$(BUILD)/tests/%)
 
