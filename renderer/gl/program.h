@@ -30,7 +30,8 @@ enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id,
  * `stage`: "vert", "frag" or "comp". NULL where the program has no such stage. No GL needed. */
 char *gl_program_source(enum gl_program_id id, uint32_t variant, const char *stage);
 
-/* For the checks: the name of a program, the flags it knows, and whether a combination makes sense. */
+/* For the checks: the name of a program, the flags it knows, and whether a combination makes sense.
+ */
 const char *gl_program_name(enum gl_program_id id);
 uint32_t gl_program_flags(enum gl_program_id id);
 

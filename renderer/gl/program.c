@@ -1,0 +1,179 @@
+/* The cache of linked programs: one small table, searched in order (a scene uses a handful).
+ *
+ * Text comes from source.c, flags and file names from shaders/programs.def. Drawing once to make a
+ * driver finish its compilation (llvmpipe compiles at the first draw) is the caller's: only the
+ * caller knows the state it will draw with. */
+#include "renderer/gl/program.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/gl/source.h"
+#include "shaders/interface.h"
+
+static const struct {
+    const char *name, *vert, *frag, *comp;
+    uint32_t flags;
+} rows[GL_PROGRAM_COUNT] = {
+#define PROGRAM(name, vert, frag, comp, flags)                                                     \
+    [GL_PROGRAM_##name] = {#name, vert, frag, comp, flags},
+#include "shaders/programs.def"
+#undef PROGRAM
+};
+
+struct entry {
+    enum gl_program_id id;
+    uint32_t variant;
+    GLuint program;
+};
+
+struct gl_programs {
+    struct entry *entries;
+    size_t count, capacity;
+};
+
+const char *gl_program_name(enum gl_program_id id) {
+    return rows[id].name;
+}
+
+uint32_t gl_program_flags(enum gl_program_id id) {
+    return rows[id].flags;
+}
+
+static const char *stage_file(enum gl_program_id id, const char *stage) {
+    if (strcmp(stage, "vert") == 0)
+        return rows[id].vert;
+    if (strcmp(stage, "frag") == 0)
+        return rows[id].frag;
+    return strcmp(stage, "comp") == 0 ? rows[id].comp : NULL;
+}
+
+char *gl_program_source(enum gl_program_id id, uint32_t variant, const char *stage) {
+    const char *file = stage_file(id, stage);
+    struct gl_source source;
+    if (!file)
+        return NULL;
+    if (gl_source_assemble(&source, file, variant, NULL) != STATUS_OK) {
+        gl_source_finish(&source);
+        return NULL;
+    }
+    return source.text; /* gl_source owns nothing else */
+}
+
+struct gl_programs *gl_programs_create(void) {
+    return calloc(1, sizeof(struct gl_programs));
+}
+
+void gl_programs_destroy(struct gl_programs *programs) {
+    if (!programs)
+        return;
+    for (size_t i = 0; i < programs->count; i++)
+        glDeleteProgram(programs->entries[i].program);
+    free(programs->entries);
+    free(programs);
+}
+
+/* The log of a shader or a program; malloc'ed, NULL where memory ran out. */
+static char *info_log(GLuint object, bool program) {
+    GLint length = 0;
+    if (program)
+        glGetProgramiv(object, GL_INFO_LOG_LENGTH, &length);
+    else
+        glGetShaderiv(object, GL_INFO_LOG_LENGTH, &length);
+    char *log = calloc(1, (size_t)(length > 0 ? length : 0) + 1);
+    if (log && length > 0) {
+        if (program)
+            glGetProgramInfoLog(object, length, NULL, log);
+        else
+            glGetShaderInfoLog(object, length, NULL, log);
+    }
+    return log;
+}
+
+static enum status compile_stage(GLuint program, const char *file, GLenum type, uint32_t variant,
+                                 struct error *err) {
+    struct gl_source source;
+    GLuint shader = 0;
+    char *log = NULL, *readable = NULL;
+    enum status status = gl_source_assemble(&source, file, variant, err);
+    if (status != STATUS_OK)
+        goto done;
+    shader = glCreateShader(type);
+    const char *text = source.text;
+    GLint compiled = GL_FALSE;
+    glShaderSource(shader, 1, &text, NULL);
+    glCompileShader(shader);
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+    if (!compiled) {
+        log = info_log(shader, false);
+        readable = log ? gl_source_translate_log(&source, log) : NULL;
+        status = error_fault(err, STATUS_GL_ERROR, NULL,
+                             "shader %s, variant 0x%04x, does not compile: %s", file,
+                             (unsigned)variant, readable ? readable : "no log");
+        goto done;
+    }
+    glAttachShader(program, shader);
+done:
+    glDeleteShader(shader); /* only marked while the program holds it */
+    gl_source_finish(&source);
+    free(log);
+    free(readable);
+    return status;
+}
+
+static enum status build(enum gl_program_id id, uint32_t variant, GLuint *result,
+                         struct error *err) {
+    enum status status = STATUS_OK;
+    GLuint program = glCreateProgram();
+    if (rows[id].vert)
+        status = compile_stage(program, rows[id].vert, GL_VERTEX_SHADER, variant, err);
+    if (status == STATUS_OK && rows[id].frag)
+        status = compile_stage(program, rows[id].frag, GL_FRAGMENT_SHADER, variant, err);
+    if (status == STATUS_OK && rows[id].comp)
+        status = compile_stage(program, rows[id].comp, GL_COMPUTE_SHADER, variant, err);
+    if (status != STATUS_OK) {
+        glDeleteProgram(program);
+        return status;
+    }
+    GLint linked = GL_FALSE;
+    glLinkProgram(program);
+    glGetProgramiv(program, GL_LINK_STATUS, &linked);
+    if (!linked) {
+        char *log = info_log(program, true);
+        status =
+            error_fault(err, STATUS_GL_ERROR, NULL, "program %s, variant 0x%04x, does not link: %s",
+                        rows[id].name, (unsigned)variant, log ? log : "no log");
+        free(log);
+        glDeleteProgram(program);
+        return status;
+    }
+    *result = program;
+    return STATUS_OK;
+}
+
+enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id, uint32_t variant,
+                            GLuint *program, bool *compiled, struct error *err) {
+    assert(id < GL_PROGRAM_COUNT);
+    assert((variant & ~rows[id].flags) == 0);
+    for (size_t i = 0; i < programs->count; i++)
+        if (programs->entries[i].id == id && programs->entries[i].variant == variant) {
+            *program = programs->entries[i].program;
+            return STATUS_OK;
+        }
+    if (programs->count == programs->capacity) {
+        size_t capacity = programs->capacity ? programs->capacity * 2 : 16;
+        struct entry *grown = realloc(programs->entries, capacity * sizeof *grown);
+        if (!grown)
+            return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "shader programs: memory ran out");
+        programs->entries = grown;
+        programs->capacity = capacity;
+    }
+    enum status status = build(id, variant, program, err);
+    if (status != STATUS_OK)
+        return status;
+    programs->entries[programs->count++] = (struct entry){id, variant, *program};
+    if (compiled)
+        *compiled = true;
+    return STATUS_OK;
+}
