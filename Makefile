@@ -31,7 +31,7 @@ LIBS     := -lmicrohttpd -ljansson -lgnutls -lpng -lz -lm -ldl
 # Every .c belongs to the program by lying in its room; main is the only file with a main().
 API_SRC      := $(wildcard api/*.c)
 RENDERER_SRC := $(wildcard renderer/*.c renderer/*/*.c)
-SERVICE_SRC  := $(filter-out service/main.c,$(wildcard service/*.c service/*/*.c))
+SERVICE_SRC  := $(filter-out service/main.c,$(wildcard service/*.c))
 LIB_SRC      := $(API_SRC) $(RENDERER_SRC) $(SERVICE_SRC)
 LIB_OBJ      := $(LIB_SRC:%.c=$(BUILD)/obj/%.o) $(BUILD)/obj/gen/glad.o $(BUILD)/obj/gen/embedded.o
 GLAD_H       := $(BUILD)/gen/glad/include/glad/gl.h
@@ -39,7 +39,8 @@ SHADERS      := $(wildcard shaders/*)
 EMBEDDED     := $(SHADERS) $(wildcard api/*.json api/*.yaml service/www/*)
 
 # A module is a shim around one heavy library, opened when first needed: renderer/asset/module.h.
-MODULES   := $(patsubst %.cc,$(BUILD)/lib/pelt/%.so,$(notdir $(wildcard renderer/asset/*.cc)))
+MODULES   := $(patsubst %.cc,$(BUILD)/lib/pelt/%.so,$(notdir $(wildcard renderer/asset/*.cc))) \
+             $(BUILD)/lib/pelt/http_curl.so
 TEST_SRC  := $(wildcard tests/unit/test_*.c tests/property/test_*.c tests/golden/test_*.c tests/service/test_*.c)
 TEST_BIN  := $(TEST_SRC:tests/%.c=$(BUILD)/tests/%)
 
@@ -91,6 +92,10 @@ $(BUILD)/lib/pelt/mesh_gltf.so: renderer/asset/mesh_gltf.cc renderer/asset/mesh_
 $(BUILD)/lib/pelt/image_oiio.so: renderer/asset/image_oiio.cc renderer/asset/image_oiio.h
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(CXXFLAGS) -shared -o $@ $< -lOpenImageIO -lOpenImageIO_Util
+
+$(BUILD)/lib/pelt/http_curl.so: service/module/http_curl.c service/module/http_curl.h
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(CFLAGS) -fPIC -shared -o $@ $< -lcurl
 
 $(BUILD)/tests/%: tests/%.c $(BUILD)/libpelt.a | $(GLAD_H)
 	@mkdir -p $(@D)

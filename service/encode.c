@@ -270,3 +270,43 @@ char *encode_base64(const unsigned char *data, size_t bytes, size_t *length) {
         *length = (size_t)(out - text);
     return text;
 }
+
+static int digit_value(unsigned char c) {
+    if (c >= 'A' && c <= 'Z')
+        return c - 'A';
+    if (c >= 'a' && c <= 'z')
+        return c - 'a' + 26;
+    if (c >= '0' && c <= '9')
+        return c - '0' + 52;
+    return c == '+' ? 62 : c == '/' ? 63 : -1;
+}
+
+unsigned char *decode_base64(const char *text, size_t length, size_t *bytes) {
+    if (length % 4)
+        return NULL;
+    size_t padding = 0;
+    while (padding < 2 && padding < length && text[length - 1 - padding] == '=')
+        padding++;
+    unsigned char *data = malloc(length / 4 * 3 + 1);
+    if (!data)
+        return NULL;
+    size_t used = 0;
+    for (size_t i = 0; i < length; i += 4) {
+        uint32_t word = 0;
+        for (size_t k = 0; k < 4; k++) {
+            int value = i + k >= length - padding ? 0 : digit_value((unsigned char)text[i + k]);
+            if (value < 0) {
+                free(data);
+                return NULL;
+            }
+            word = word << 6 | (uint32_t)value;
+        }
+        data[used++] = (unsigned char)(word >> 16);
+        data[used++] = (unsigned char)(word >> 8);
+        data[used++] = (unsigned char)word;
+    }
+    used -= padding;
+    data[used] = 0;
+    *bytes = used;
+    return data;
+}

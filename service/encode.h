@@ -33,6 +33,10 @@ enum status encode_image(enum encode_format format, const float *rgba, int width
  * `length` (may be NULL) receives its length. NULL where memory ran out. */
 char *encode_base64(const unsigned char *data, size_t bytes, size_t *length);
 
+/* The reverse, strict: `length` characters, nothing but digits and final padding. malloc'ed (caller
+ * frees), NULL where memory ran out or the text is no base64. */
+unsigned char *decode_base64(const char *text, size_t length, size_t *bytes);
+
 /* 8-bit sRGB of linear values, exact: the nearest code (ties upwards) of IEC 61966-2-1's transfer
  * function, found by a table of the 255 thresholds between codes. */
 struct srgb_table {

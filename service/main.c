@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "api/status.h"
-#include "service/commands.h"
 
 static int help_main(int argc, char **argv);
 static int version_main(int argc, char **argv);

@@ -18,11 +18,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const struct {
-    const char *file, *symbol;
-    const char *name;    /* for the report */
-    const char *package; /* of Debian 12 */
-} table[MODULE_COUNT] = {
+static const struct module_spec table[MODULE_COUNT] = {
     [MODULE_MESH_GLTF] = {"mesh_gltf.so", "pelt_mesh_module", "tinygltf", "libtinygltf2d"},
     [MODULE_IMAGE_OIIO] = {"image_oiio.so", "pelt_image_module", "OpenImageIO",
                            "libopenimageio2.4"},
@@ -48,9 +44,8 @@ candidates_add(struct candidates *candidates, const char *format, ...) {
 
 /* Where the module may lie, best first. PELT_LIBDIR, where set, is the only place: whoever sets it
  * wants that module or a failure. */
-static void candidates_list(enum module module, struct candidates *candidates) {
+static void candidates_list(const char *file, struct candidates *candidates) {
     candidates->count = 0;
-    const char *file = table[module].file;
     const char *chosen = secure_getenv("PELT_LIBDIR");
     if (chosen && *chosen) {
         candidates_add(candidates, "%s/%s", chosen, file);
@@ -83,9 +78,9 @@ static void *handle_if_open(const struct candidates *candidates) {
     return NULL;
 }
 
-const void *module_open(enum module module, struct error *err) {
+const void *module_open_spec(const struct module_spec *spec, struct error *err) {
     struct candidates candidates;
-    candidates_list(module, &candidates);
+    candidates_list(spec->file, &candidates);
     void *handle = handle_if_open(&candidates);
     for (int i = 0; !handle && i < candidates.count; i++) {
         if (access(candidates.path[i], F_OK) != 0)
@@ -96,7 +91,7 @@ const void *module_open(enum module module, struct error *err) {
             const char *why = dlerror();
             error_fault(err, STATUS_IO_ERROR, NULL,
                         "the %s module does not load (%s); is the package %s installed?",
-                        table[module].name, why ? why : "unknown error", table[module].package);
+                        spec->name, why ? why : "unknown error", spec->package);
             return NULL;
         }
     }
@@ -105,25 +100,28 @@ const void *module_open(enum module module, struct error *err) {
             err, STATUS_IO_ERROR, NULL,
             "the %s module was not found (last looked for %s); it is part of Pelt and needs "
             "the package %s",
-            table[module].name,
-            candidates.count ? candidates.path[candidates.count - 1] : table[module].file,
-            table[module].package);
+            spec->name, candidates.count ? candidates.path[candidates.count - 1] : spec->file,
+            spec->package);
         return NULL;
     }
-    const void *functions = dlsym(handle, table[module].symbol);
+    const void *functions = dlsym(handle, spec->symbol);
     if (!functions)
         error_fault(err, STATUS_IO_ERROR, NULL,
                     "the %s module lacks the symbol %s: it is not of "
                     "this version of Pelt",
-                    table[module].name, table[module].symbol);
+                    spec->name, spec->symbol);
     return functions;
+}
+
+const void *module_open(enum module module, struct error *err) {
+    return module_open_spec(&table[module], err);
 }
 
 size_t module_loaded(const char *names[MODULE_COUNT]) {
     size_t count = 0;
     for (int i = 0; i < MODULE_COUNT; i++) {
         struct candidates candidates;
-        candidates_list((enum module)i, &candidates);
+        candidates_list(table[i].file, &candidates);
         if (handle_if_open(&candidates))
             names[count++] = table[i].name;
     }

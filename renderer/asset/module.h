@@ -16,6 +16,13 @@ enum module { MODULE_MESH_GLTF, MODULE_IMAGE_OIIO, MODULE_COUNT };
  * scene. Thread: the one that renders. Blocks while libraries load: OpenImageIO about 0.4 s. */
 const void *module_open(enum module module, struct error *err);
 
+/* The same for a module of another room's: a file of that name, looked for in the same places, and
+ * the one symbol it exports. `name` and `package` (of Debian 12) go into messages. */
+struct module_spec {
+    const char *file, *symbol, *name, *package;
+};
+const void *module_open_spec(const struct module_spec *spec, struct error *err);
+
 /* Names of the libraries opened so far in this process, e.g. "OpenImageIO", static strings; returns
  * how many. Thread: the one that renders. */
 size_t module_loaded(const char *names[MODULE_COUNT]);

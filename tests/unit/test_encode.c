@@ -205,7 +205,22 @@ static void test_base64(void **state) {
         assert_non_null(text);
         assert_string_equal(text, vectors[i].coded);
         assert_int_equal(length, strlen(text));
+        size_t bytes;
+        unsigned char *back = decode_base64(text, length, &bytes);
+        assert_non_null(back);
+        assert_int_equal(bytes, strlen(vectors[i].plain));
+        assert_memory_equal(back, vectors[i].plain, bytes);
+        free(back);
         free(text);
+    }
+}
+
+static void test_base64_refuses_what_is_none(void **state) {
+    (void)state;
+    static const char *const bad[] = {"A", "AAA", "A===", "====", "AA=A", "AA A", "AAA-", "AAAA\n"};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        size_t bytes;
+        assert_null(decode_base64(bad[i], strlen(bad[i]), &bytes));
     }
 }
 
@@ -219,6 +234,7 @@ int main(void) {
         cmocka_unit_test(test_png_guards_against_what_is_no_number),
         cmocka_unit_test(test_png_keeps_rows_and_columns_and_is_deterministic),
         cmocka_unit_test(test_base64),
+        cmocka_unit_test(test_base64_refuses_what_is_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
