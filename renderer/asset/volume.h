@@ -1,6 +1,6 @@
-/* A material as voxels: what the built-in generators, height fields (and later volumes and voxelised
- * geometry) all become. Grid over (u, v, w): periodic in u and v, clamped in w, voxel centres at
- * (k + 1/2) / n. Voxel (x, y, z) is element (z * size[1] + y) * size[0] + x. */
+/* A material as voxels: what the built-in generators, height fields (and later volumes and
+ * voxelised geometry) all become. Grid over (u, v, w): periodic in u and v, clamped in w, voxel
+ * centres at (k + 1/2) / n. Voxel (x, y, z) is element (z * size[1] + y) * size[0] + x. */
 #ifndef PELT_RENDERER_ASSET_VOLUME_H
 #define PELT_RENDERER_ASSET_VOLUME_H
 
@@ -42,9 +42,10 @@ struct volume_cache; /* keyed by the material's members and its images' SHA-256 
 struct volume_cache *volume_cache_create(size_t bytes_max);
 void volume_cache_destroy(struct volume_cache *cache);
 
-/* The volume of a material, made or taken from the cache (`*made`: generated now). `pointer` is that
- * of the material in the scene. Loads the OpenImageIO module only for images. STATUS_BAD_ASSET,
- * STATUS_ASSET_NOT_FOUND, STATUS_NOT_IMPLEMENTED, STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY. */
+/* The volume of a material, made or taken from the cache (`*made`: generated now). `pointer` is
+ * that of the material in the scene. Loads the OpenImageIO module only for images.
+ * STATUS_BAD_ASSET, STATUS_ASSET_NOT_FOUND, STATUS_NOT_IMPLEMENTED, STATUS_TOO_COMPLEX,
+ * STATUS_OUT_OF_MEMORY. */
 enum status volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
                            const char *pointer, const struct asset_source *source,
                            const struct volume **volume, bool *made, struct error *err);

@@ -23,7 +23,7 @@ struct baked {
 
     /* RGBA16F, xyz: the outward direction (from dense to empty) times the change per voxel along u,
      * v, w, as normals.h defines it; of opacity for the medium, of s for the solid; w is 0.
-     * 0 where the material is unlit. */
+     * 0 until the material is asked for as lit. */
     GLuint medium_gradient, solid_gradient;
 };
 

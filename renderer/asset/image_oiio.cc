@@ -1,0 +1,284 @@
+// OpenImageIO behind the C table of image_oiio.h, built as a module of its own and opened only when
+// a scene reads an image or asks for OpenEXR (261 shared libraries come with it).
+//
+// The input is untrusted, and OpenImageIO 2.4 has open CVEs in its rarer readers. So the format is
+// decided here from magic bytes and exactly that reader is made (no other one is tried), it reads
+// from memory, and the dimensions are checked before any pixel is decoded: from the raw header for
+// the formats whose reader allocates on opening, from the reader's own header for all. Pixels are
+// asked for in stripes into zero pages, so a file that claims more than it holds fails at the
+// stripe where it ends, before its memory is touched.
+//
+// Left out: subimages, mip levels, deep pixels, more than four channels, colour management (the
+// caller knows what its numbers mean).
+#include "renderer/asset/image_oiio.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
+namespace {
+
+using OIIO::ImageInput;
+using OIIO::ImageOutput;
+using OIIO::ImageSpec;
+using OIIO::TypeDesc;
+
+constexpr int channels_max = 4;
+constexpr int stripe_pixels = 1 << 20; // 1 M pixels a stripe: 16 MB of RGBA floats
+
+int refuse(char *message, size_t bytes, const std::string &text) {
+    if (bytes)
+        std::snprintf(message, bytes, "%s", text.c_str());
+    return -1;
+}
+
+struct Format {
+    const char *reader; // OpenImageIO's name
+    const char *name;   // for people
+    const char *magic;
+    size_t magic_bytes, at;
+};
+
+// RIFF....WEBP is told by its second half: "RIFF" alone is also WAV and AVI.
+const Format formats[] = {
+    {"png", "PNG", "\x89PNG\r\n\x1a\n", 8, 0},
+    {"jpeg", "JPEG", "\xff\xd8\xff", 3, 0},
+    {"openexr", "OpenEXR", "v/1\x01", 4, 0},
+    {"tiff", "TIFF", "II*\0", 4, 0},
+    {"tiff", "TIFF", "MM\0*", 4, 0},
+    {"hdr", "Radiance HDR", "#?RADIANCE", 10, 0},
+    {"hdr", "Radiance HDR", "#?RGBE", 6, 0},
+    {"webp", "WebP", "WEBP", 4, 8},
+    {"gif", "GIF", "GIF87a", 6, 0},
+    {"gif", "GIF", "GIF89a", 6, 0},
+};
+
+const Format *find_format(const unsigned char *data, size_t bytes) {
+    for (const Format &f : formats)
+        if (bytes >= f.at + f.magic_bytes && std::memcmp(data + f.at, f.magic, f.magic_bytes) == 0)
+            return &f;
+    return nullptr;
+}
+
+std::string dimension_fault(const char *name, uint64_t width, uint64_t height) {
+    std::string size = std::to_string(width) + " x " + std::to_string(height) + " pixels";
+    if (width == 0 || height == 0)
+        return std::string(name) + " image of " + size + ": it is empty";
+    if (width > IMAGE_SIDE_MAX || height > IMAGE_SIDE_MAX || width * height > IMAGE_PIXELS_MAX)
+        return std::string(name) + " image of " + size + "; the limits are " +
+               std::to_string(IMAGE_SIDE_MAX) + " a side and " + std::to_string(IMAGE_PIXELS_MAX) +
+               " in all";
+    return "";
+}
+
+uint64_t little(const unsigned char *p, int bytes) {
+    uint64_t value = 0;
+    for (int i = bytes - 1; i >= 0; i--)
+        value = value << 8 | p[i];
+    return value;
+}
+
+uint64_t big(const unsigned char *p, int bytes) {
+    uint64_t value = 0;
+    for (int i = 0; i < bytes; i++)
+        value = value << 8 | p[i];
+    return value;
+}
+
+// What the raw header says, where it can be read without a decoder; "" if nothing speaks against
+// it.
+std::string header_fault(const Format &format, const unsigned char *data, size_t bytes) {
+    std::string reader = format.reader;
+    if (reader == "png") {
+        if (bytes < 33 || std::memcmp(data + 12, "IHDR", 4) != 0)
+            return "PNG image without its header";
+        uint64_t width = big(data + 16, 4), height = big(data + 20, 4);
+        std::string fault = dimension_fault("PNG", width, height);
+        // Deflate packs at most 1032 to 1, and a row has at least one bit a pixel.
+        if (fault.empty() && width * height / 8 > (uint64_t)bytes * 1032)
+            fault = "PNG image of " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels in " + std::to_string(bytes) +
+                    " bytes: it is cut short, or its "
+                    "header lies";
+        return fault;
+    }
+    if (reader == "gif") {
+        if (bytes < 10)
+            return "GIF image without its header";
+        return dimension_fault("GIF", little(data + 6, 2), little(data + 8, 2));
+    }
+    if (reader == "webp") {
+        if (bytes < 30)
+            return "WebP image without its header";
+        if (std::memcmp(data + 12, "VP8X", 4) == 0)
+            return dimension_fault("WebP", little(data + 24, 3) + 1, little(data + 27, 3) + 1);
+    }
+    return "";
+}
+
+// The file's own samples, for callers that treat 8-bit colour as sRGB and floats as linear.
+void describe_samples(const ImageSpec &spec, image_pixels *image) {
+    image->is_float = spec.format.is_floating_point();
+    int bits = (int)spec.format.basesize() * 8;
+    image->bits = bits > 32 ? 32 : bits;
+}
+
+bool read_stripes(ImageInput &input, const ImageSpec &spec, int channels, float *data) {
+    size_t row = (size_t)spec.width * (size_t)channels;
+    if (spec.tile_width)
+        return input.read_image(0, 0, 0, channels, TypeDesc::FLOAT, data);
+    int rows = stripe_pixels / spec.width > 0 ? stripe_pixels / spec.width : 1;
+    for (int y = 0; y < spec.height; y += rows) {
+        int end = y + rows < spec.height ? y + rows : spec.height;
+        if (!input.read_scanlines(0, 0, spec.y + y, spec.y + end, 0, 0, channels, TypeDesc::FLOAT,
+                                  data + row * (size_t)y))
+            return false;
+    }
+    return true;
+}
+
+void configure() {
+    OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", -1); // none besides this one
+    OIIO::attribute("try_all_readers", 0);
+    OIIO::attribute("limits:channels", 64);
+    OIIO::attribute("limits:imagesize_MB", 1024);
+}
+
+int decode_checked(const unsigned char *data, size_t bytes, image_pixels *image, char *message,
+                   size_t message_bytes) {
+    const Format *format = find_format(data, bytes);
+    if (!format)
+        return refuse(message, message_bytes,
+                      bytes ? "not an image that can be read here: PNG, JPEG, OpenEXR, TIFF, "
+                              "Radiance HDR, WebP and GIF can"
+                            : "the image is empty");
+    std::string fault = header_fault(*format, data, bytes);
+    if (!fault.empty())
+        return refuse(message, message_bytes, fault);
+
+    configure();
+    std::string name = format->name;
+    OIIO::Filesystem::IOMemReader memory(data, bytes);
+    std::unique_ptr<ImageInput> input = ImageInput::create(format->reader);
+    if (!input || !input->supports("ioproxy")) {
+        OIIO::geterror(); // drop it: it speaks of plugins
+        return refuse(message, message_bytes,
+                      "this OpenImageIO cannot read " + name + " from memory");
+    }
+    input->set_ioproxy(&memory);
+    ImageSpec hints, spec;
+    hints.attribute("oiio:UnassociatedAlpha", 1);
+    if (!input->open(std::string("asset.") + format->reader, spec, hints))
+        return refuse(message, message_bytes,
+                      name + " image that cannot be opened: " + input->geterror());
+    fault = dimension_fault(format->name, spec.width < 0 ? 0 : (uint64_t)spec.width,
+                            spec.height < 0 ? 0 : (uint64_t)spec.height);
+    if (fault.empty() && (spec.depth > 1 || spec.deep))
+        fault = name + " image with depth: only flat images can be read";
+    if (fault.empty() && spec.nchannels < 1)
+        fault = name + " image without channels";
+    if (fault.empty() && spec.tile_width &&
+        ((uint64_t)spec.tile_width > IMAGE_SIDE_MAX || (uint64_t)spec.tile_height > IMAGE_SIDE_MAX))
+        fault = name + " image in tiles of " + std::to_string(spec.tile_width) + " x " +
+                std::to_string(spec.tile_height) + " pixels";
+    if (!fault.empty())
+        return refuse(message, message_bytes, fault);
+
+    int channels = spec.nchannels < channels_max ? spec.nchannels : channels_max;
+    size_t count = (size_t)spec.width * (size_t)spec.height * (size_t)channels;
+    std::unique_ptr<float, decltype(&std::free)> pixels(
+        static_cast<float *>(std::calloc(count, sizeof(float))), std::free);
+    if (!pixels)
+        return refuse(message, message_bytes, "no memory for the " + name + " image");
+    if (!read_stripes(*input, spec, channels, pixels.get()))
+        return refuse(message, message_bytes,
+                      name + " image that is cut short or damaged: " + input->geterror());
+    image->width = spec.width;
+    image->height = spec.height;
+    image->channels = channels;
+    image->data = pixels.release();
+    describe_samples(spec, image);
+    return 0;
+}
+
+int encode_checked(const float *rgba, int width, int height, unsigned char **data, size_t *bytes,
+                   char *message, size_t message_bytes) {
+    configure();
+    std::unique_ptr<ImageOutput> output = ImageOutput::create("openexr");
+    if (!output || !output->supports("ioproxy")) {
+        OIIO::geterror();
+        return refuse(message, message_bytes, "this OpenImageIO cannot write OpenEXR to memory");
+    }
+    OIIO::Filesystem::IOVecOutput memory;
+    output->set_ioproxy(&memory);
+    ImageSpec spec(width, height, 4, TypeDesc::FLOAT);
+    spec.channelnames = {"R", "G", "B", "A"};
+    spec.alpha_channel = 3;
+    spec.attribute("compression", "zip");
+    spec.attribute("oiio:ColorSpace", "Linear");
+    // The writer would put the time of day here: the same pixels must give the same bytes.
+    spec.attribute("DateTime", "1970:01:01 00:00:00");
+    if (!output->open("image.exr", spec) || !output->write_image(TypeDesc::FLOAT, rgba) ||
+        !output->close())
+        return refuse(message, message_bytes, "OpenEXR: " + output->geterror());
+    const std::vector<unsigned char> &buffer = memory.buffer();
+    unsigned char *copy = static_cast<unsigned char *>(std::malloc(buffer.size()));
+    if (!copy)
+        return refuse(message, message_bytes, "no memory for the OpenEXR file");
+    std::memcpy(copy, buffer.data(), buffer.size());
+    *data = copy;
+    *bytes = buffer.size();
+    return 0;
+}
+
+// Nothing thrown by the library passes into C.
+template <typename Call> int guarded(Call call, char *message, size_t message_bytes) {
+    try {
+        return call();
+    } catch (const std::bad_alloc &) {
+        return refuse(message, message_bytes, "the image needs more memory than there is");
+    } catch (const std::exception &e) {
+        return refuse(message, message_bytes, std::string("the image library failed: ") + e.what());
+    } catch (...) {
+        return refuse(message, message_bytes, "the image library failed");
+    }
+}
+
+int decode(const unsigned char *data, size_t bytes, image_pixels *image, char *message,
+           size_t message_bytes) {
+    *image = image_pixels();
+    return guarded([&] { return decode_checked(data, bytes, image, message, message_bytes); },
+                   message, message_bytes);
+}
+
+int encode_exr(const float *rgba, int width, int height, unsigned char **data, size_t *bytes,
+               char *message, size_t message_bytes) {
+    *data = nullptr;
+    *bytes = 0;
+    return guarded(
+        [&] { return encode_checked(rgba, width, height, data, bytes, message, message_bytes); },
+        message, message_bytes);
+}
+
+// Of the library that is loaded, which need not be the one that was compiled against.
+const char *version() {
+    try {
+        return OIIO::ustring(OIIO::get_string_attribute("version", OIIO_VERSION_STRING)).c_str();
+    } catch (...) {
+        return OIIO_VERSION_STRING;
+    }
+}
+
+} // namespace
+
+extern "C" __attribute__((visibility("default")))
+const image_module pelt_image_module = {decode, encode_exr, version};

@@ -1,0 +1,339 @@
+/* The cache of materials as voxels: finds or makes a volume, counts references, and forgets the
+ * least recently used ones when they outgrow their budget.
+ *
+ * Two materials that differ only in how they are lit share their voxels. What makes the voxels is
+ * in volume_fur.c, volume_clouds.c, volume_chain.c and volume_height.c. Not thread-safe: one cache
+ * belongs to one thread. */
+#include "renderer/asset/volume.h"
+
+#include <gnutls/crypto.h>
+#include <gnutls/gnutls.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/asset/volume_generators.h"
+
+enum { KEY_BYTES = 32, ENTRIES_MAX = 256 };
+
+/* Voxels, shared by the volumes that differ in other things. */
+struct voxels {
+    struct volume made; /* as the generator left it */
+    int users;          /* entries that point here */
+};
+
+struct entry {
+    struct volume volume; /* first: what is handed out */
+    struct voxels *voxels;
+    struct entry *newer, *older;
+};
+
+struct volume_cache {
+    struct entry *newest, *oldest;
+    size_t entry_count;
+    size_t bytes, bytes_max;
+};
+
+struct volume_cache *volume_cache_create(size_t bytes_max) {
+    struct volume_cache *cache = calloc(1, sizeof *cache);
+    if (cache)
+        cache->bytes_max = bytes_max;
+    return cache;
+}
+
+static void unlink_entry(struct volume_cache *cache, struct entry *entry) {
+    *(entry->newer ? &entry->newer->older : &cache->newest) = entry->older;
+    *(entry->older ? &entry->older->newer : &cache->oldest) = entry->newer;
+    entry->newer = entry->older = NULL;
+    cache->entry_count--;
+}
+
+static void link_newest(struct volume_cache *cache, struct entry *entry) {
+    entry->older = cache->newest;
+    entry->newer = NULL;
+    *(cache->newest ? &cache->newest->newer : &cache->oldest) = entry;
+    cache->newest = entry;
+    cache->entry_count++;
+}
+
+static void free_voxels(struct voxels *voxels) {
+    free(voxels->made.medium);
+    free(voxels->made.solid);
+    free(voxels);
+}
+
+static void drop_entry(struct volume_cache *cache, struct entry *entry) {
+    unlink_entry(cache, entry);
+    if (--entry->voxels->users == 0) {
+        cache->bytes -= entry->voxels->made.bytes;
+        free_voxels(entry->voxels);
+    }
+    free(entry);
+}
+
+/* Drops unused entries, oldest first, until the budget is met or all are in use. */
+static void trim(struct volume_cache *cache) {
+    for (struct entry *e = cache->oldest, *next; e; e = next) {
+        if (cache->bytes <= cache->bytes_max && cache->entry_count <= ENTRIES_MAX)
+            return;
+        next = e->newer;
+        if (e->volume.references == 0)
+            drop_entry(cache, e);
+    }
+}
+
+void volume_cache_destroy(struct volume_cache *cache) {
+    if (!cache)
+        return;
+    while (cache->newest)
+        drop_entry(cache, cache->newest);
+    free(cache);
+}
+
+float *volume_alloc_voxels(const int size[3]) {
+    return calloc((size_t)size[0] * (size_t)size[1] * (size_t)size[2], 4 * sizeof(float));
+}
+
+float volume_medium_max(const float *medium, const int size[3]) {
+    size_t count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
+    float max = 0.0f;
+    for (size_t i = 0; i < count; i++)
+        max = medium[4 * i + 3] > max ? medium[4 * i + 3] : max;
+    return max;
+}
+
+/* A member's pointer below the material's. */
+static enum status member_fault(struct error *err, enum status status, const char *pointer,
+                                const char *member, const char *message) {
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", pointer, member);
+    return error_fault(err, status, path, "%s", message);
+}
+
+/* What can be made here, and its size in range: the room's door. */
+static enum status check_spec(const struct scene_material *spec, const char *pointer,
+                              struct error *err) {
+    switch (spec->kind) {
+    case SCENE_MATERIAL_BUILTIN:
+        if (spec->builtin != SCENE_BUILTIN_HOMOGENEOUS && spec->builtin != SCENE_BUILTIN_FUR &&
+            spec->builtin != SCENE_BUILTIN_CLOUDS && spec->builtin != SCENE_BUILTIN_CHAIN)
+            return member_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "builtin",
+                                "this built-in material cannot be made yet; homogeneous, fur, "
+                                "clouds and chain can");
+        break;
+    case SCENE_MATERIAL_HEIGHT:
+        if (!spec->height)
+            return member_fault(err, STATUS_INVALID_SCENE, pointer, "height",
+                                "a height material needs a height image");
+        break;
+    case SCENE_MATERIAL_VOLUME:
+        return member_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "volume",
+                            "volumes from files cannot be read yet");
+    case SCENE_MATERIAL_GEOMETRY:
+        return member_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "geometry",
+                            "tiles of geometry cannot be voxelised yet");
+    case SCENE_MATERIAL_NONE:
+        return error_fault(err, STATUS_INVALID_SCENE, pointer, "the object has no material");
+    }
+    bool sized_by_image = spec->kind == SCENE_MATERIAL_HEIGHT;
+    for (int i = 0; i < 3; i++) {
+        int limit = i == 2 ? VOLUME_DEPTH_MAX : VOLUME_SIDE_MAX;
+        if (spec->size[i] > limit || spec->size[i] < (sized_by_image ? 0 : 1))
+            return member_fault(err, STATUS_TOO_COMPLEX, pointer, "size",
+                                "a volume has at least 1 and at most 512 x 512 x 64 voxels");
+    }
+    return STATUS_OK;
+}
+
+/* The images of a height material; closed by close_images(). */
+struct images {
+    struct asset_bytes height, color;
+    bool has_height, has_color;
+};
+
+static void close_images(const struct asset_source *source, struct images *images) {
+    if (images->has_height)
+        source->close(source->user, &images->height);
+    if (images->has_color)
+        source->close(source->user, &images->color);
+}
+
+static enum status open_images(const struct scene_material *spec, const char *pointer,
+                               const struct asset_source *source, struct images *images,
+                               struct error *err) {
+    *images = (struct images){0};
+    if (spec->kind != SCENE_MATERIAL_HEIGHT)
+        return STATUS_OK;
+    if (!source)
+        return error_fault(err, STATUS_ASSET_NOT_FOUND, pointer, "there are no assets here");
+    char path[256];
+    snprintf(path, sizeof path, "%s/height", pointer);
+    enum status status = source->open(source->user, spec->height, path, &images->height, err);
+    if (status != STATUS_OK)
+        return status;
+    images->has_height = true;
+    if (spec->color_image) {
+        snprintf(path, sizeof path, "%s/color", pointer);
+        status = source->open(source->user, spec->color_image, path, &images->color, err);
+        if (status != STATUS_OK) {
+            close_images(source, images);
+            return status;
+        }
+        images->has_color = true;
+    }
+    return STATUS_OK;
+}
+
+/* Everything that the voxels depend on, hashed. Members that a material does not use are left out,
+ * so that they do not make another volume of it. */
+static enum status content_key(const struct scene_material *spec, const struct images *images,
+                               unsigned char key[KEY_BYTES], struct error *err) {
+    struct {
+        int32_t kind, builtin, size[3];
+        uint32_t seed, has_color, pad;
+        double extinction, color[3];
+        unsigned char image[2][32];
+    } text;
+    memset(&text, 0, sizeof text);
+    bool builtin = spec->kind == SCENE_MATERIAL_BUILTIN;
+    bool homogeneous = builtin && spec->builtin == SCENE_BUILTIN_HOMOGENEOUS;
+    text.kind = spec->kind;
+    text.builtin = builtin ? (int32_t)spec->builtin : -1;
+    for (int i = 0; i < 3; i++)
+        text.size[i] = homogeneous ? 1 : spec->size[i];
+    text.seed = builtin && !homogeneous ? spec->seed : 0;
+    text.extinction = homogeneous ? spec->extinction : 0.0;
+    text.has_color = spec->has_color;
+    if (spec->has_color || homogeneous)
+        memcpy(text.color, spec->color, sizeof text.color);
+    if (images->has_height)
+        memcpy(text.image[0], images->height.sha256, 32);
+    if (images->has_color)
+        memcpy(text.image[1], images->color.sha256, 32);
+    if (gnutls_hash_fast(GNUTLS_DIG_SHA256, &text, sizeof text, key) != 0)
+        return error_fault(err, STATUS_INTERNAL, NULL, "SHA-256 failed");
+    return STATUS_OK;
+}
+
+static enum status make_voxels(const struct scene_material *spec, const struct images *images,
+                               const char *pointer, struct volume *volume, struct error *err) {
+    memcpy(volume->size, spec->size, sizeof volume->size);
+    enum status status = STATUS_OK;
+    if (spec->kind == SCENE_MATERIAL_HEIGHT) {
+        status = volume_make_height(
+            spec, &images->height, images->has_color ? &images->color : NULL, pointer, volume, err);
+        if (status != STATUS_OK)
+            return status; /* which told why */
+    } else if (spec->builtin == SCENE_BUILTIN_HOMOGENEOUS) {
+        volume->size[0] = volume->size[1] = volume->size[2] = 1;
+        volume->homogeneous = true;
+        volume->extinction = spec->extinction;
+        memcpy(volume->radiance, spec->color, sizeof volume->radiance);
+    } else if (spec->builtin == SCENE_BUILTIN_FUR) {
+        status = volume_make_fur(spec, volume);
+    } else if (spec->builtin == SCENE_BUILTIN_CLOUDS) {
+        status = volume_make_clouds(spec, volume);
+    } else {
+        status = volume_make_chain(spec, volume);
+    }
+    if (status != STATUS_OK)
+        return error_fault(err, status, pointer, "no memory for %d x %d x %d voxels",
+                           volume->size[0], volume->size[1], volume->size[2]);
+    size_t count = (size_t)volume->size[0] * (size_t)volume->size[1] * (size_t)volume->size[2];
+    volume->bytes = sizeof(struct entry) + sizeof(struct voxels);
+    volume->bytes += ((volume->medium != NULL) + (volume->solid != NULL)) * count * 16;
+    return STATUS_OK;
+}
+
+/* How the voxels are lit. A homogeneous medium has no gradient: its colour is its radiance. */
+static void set_light(struct volume *volume, const struct scene_material *spec) {
+    volume->lit = spec->lit && !volume->homogeneous;
+    volume->specular = volume->lit ? (float)spec->specular : 0.0f;
+    volume->shininess = volume->lit ? (float)spec->shininess : 0.0f;
+}
+
+static bool same_light(const struct volume *a, const struct volume *b) {
+    return a->lit == b->lit && a->specular == b->specular && a->shininess == b->shininess;
+}
+
+enum status volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
+                           const char *pointer, const struct asset_source *source,
+                           const struct volume **volume, bool *made, struct error *err) {
+    *volume = NULL;
+    *made = false;
+    enum status status = check_spec(spec, pointer, err);
+    if (status != STATUS_OK)
+        return status;
+    struct images images;
+    status = open_images(spec, pointer, source, &images, err);
+    if (status != STATUS_OK)
+        return status;
+
+    unsigned char key[KEY_BYTES];
+    struct entry *entry = NULL;
+    struct voxels *voxels = NULL, *fresh = NULL;
+    status = content_key(spec, &images, key, err);
+    if (status != STATUS_OK)
+        goto done;
+    for (struct entry *e = cache->newest; e; e = e->older) {
+        if (memcmp(e->volume.key, key, KEY_BYTES) != 0)
+            continue;
+        voxels = e->voxels;
+        struct volume wanted = voxels->made;
+        set_light(&wanted, spec);
+        if (same_light(&e->volume, &wanted)) {
+            entry = e;
+            unlink_entry(cache, entry);
+            break;
+        }
+    }
+    if (!voxels) {
+        voxels = fresh = calloc(1, sizeof *fresh);
+        if (!fresh) {
+            status = error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for a material");
+            goto done;
+        }
+        memcpy(fresh->made.key, key, KEY_BYTES);
+        status = make_voxels(spec, &images, pointer, &fresh->made, err);
+        if (status != STATUS_OK) {
+            free_voxels(fresh);
+            goto done;
+        }
+        *made = true;
+    }
+    if (!entry) {
+        entry = calloc(1, sizeof *entry);
+        if (!entry) {
+            if (fresh)
+                free_voxels(fresh);
+            *made = false;
+            status = error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for a material");
+            goto done;
+        }
+        entry->volume = voxels->made;
+        set_light(&entry->volume, spec);
+        entry->voxels = voxels;
+        voxels->users++;
+        if (fresh)
+            cache->bytes += fresh->made.bytes;
+    }
+    entry->volume.references++;
+    link_newest(cache, entry);
+    *volume = &entry->volume;
+    trim(cache);
+done:
+    close_images(source, &images);
+    return status;
+}
+
+void volume_release(struct volume_cache *cache, const struct volume *volume) {
+    if (!volume)
+        return;
+    for (struct entry *e = cache->newest; e; e = e->older)
+        if (&e->volume == volume) {
+            e->volume.references--;
+            break;
+        }
+    trim(cache);
+}

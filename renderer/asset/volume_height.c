@@ -1,0 +1,219 @@
+/* Height fields: a grey image (0 is the base surface, 1 the top of the shell) and a colour image
+ * become a solid field.
+ *
+ * The depth below the surface is measured along w: d = h * size[2] - (k + 1/2) voxels at the centre
+ * of layer k, and s = clamp(1/2 + d/2, 0, 1) is linear over the two layers that enclose the
+ * surface, so its 1/2 level under trilinear interpolation is h itself, with no terraces. Where
+ * heights differ by g voxels from one column to the next, the clamp bends that level by at most g *
+ * g / 4 voxels. Below the first layer's centre and above the last one's the field is constant, so
+ * heights under half a voxel vanish and heights within half a voxel of the top fill the shell.
+ *
+ * Heights are linear whatever their depth; colours of 8 and 16 bits are sRGB, of floats linear.
+ * Images are periodic like the tile: averaged over each voxel's footprint where they are finer than
+ * the grid, interpolated linearly where they are coarser. */
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/asset/image_oiio.h"
+#include "renderer/asset/module.h"
+#include "renderer/asset/volume_generators.h"
+
+enum { DEFAULT_DEPTH = 32, COLOR_CHANNELS = 3 };
+
+/* Which source samples make one target sample: `count` of them from `first` on, periodically. */
+struct taps {
+    int first, count;
+    float *weights; /* within the table's own memory */
+};
+
+/* The taps of every target sample along one axis; one malloc'ed block, or NULL. */
+static struct taps *make_taps(int source, int target) {
+    double ratio = (double)source / (double)target;
+    size_t most = source > target ? (size_t)ratio + 2 : 2;
+    struct taps *taps = calloc(1, (size_t)target * (sizeof *taps + most * sizeof(float)));
+    if (!taps)
+        return NULL;
+    float *weights = (float *)(taps + target);
+    for (int i = 0; i < target; i++, weights += most) {
+        taps[i].weights = weights;
+        if (source > target) {
+            double low = i * ratio, high = (i + 1) * ratio;
+            taps[i].first = (int)low;
+            for (int j = taps[i].first; j < high && taps[i].count < (int)most; j++) {
+                double part = fmin(j + 1.0, high) - fmax(j, low);
+                weights[taps[i].count++] = (float)(part / ratio);
+            }
+        } else {
+            double at = (i + 0.5) * ratio - 0.5, whole = floor(at);
+            taps[i].first = (int)whole < 0 ? source - 1 : (int)whole;
+            taps[i].count = 2;
+            weights[0] = (float)(1.0 - (at - whole));
+            weights[1] = (float)(at - whole);
+        }
+    }
+    return taps;
+}
+
+/* What the samples of an image mean, and how many of its channels are wanted. */
+struct reading {
+    const struct image_pixels *image;
+    int channels;           /* 1: heights; COLOR_CHANNELS: colours */
+    const float *linear_of; /* 256 entries, for 8-bit sRGB; else NULL */
+};
+
+static float linear_from_srgb(float v) {
+    return v <= 0.04045f ? v / 12.92f : powf((v + 0.055f) / 1.055f, 2.4f);
+}
+
+/* One sample, as a height or a linear colour; grey images give their one channel three times. */
+static float read_sample(const struct reading *reading, const float *pixel, int channel) {
+    const struct image_pixels *image = reading->image;
+    float value = pixel[image->channels >= 3 ? channel : 0];
+    if (reading->channels == 1)
+        return value;
+    if (reading->linear_of)
+        return reading->linear_of[(int)(value * 255.0f + 0.5f)];
+    return image->is_float ? fmaxf(value, 0.0f) : linear_from_srgb(value);
+}
+
+/* The image at the size of the grid, `channels` floats a sample; malloc'ed, NULL where memory ran
+ * out. Row by row, so that no image of the source's size is made besides the source. */
+static float *resample(const struct reading *reading, int nx, int ny) {
+    const struct image_pixels *image = reading->image;
+    int channels = reading->channels;
+    struct taps *across = make_taps(image->width, nx), *down = make_taps(image->height, ny);
+    size_t row_floats = (size_t)nx * (size_t)channels;
+    float *result = calloc((size_t)ny * row_floats, sizeof *result);
+    if (!across || !down || !result) {
+        free(result);
+        result = NULL;
+        goto done;
+    }
+    for (int y = 0; y < ny; y++) {
+        float *out = result + (size_t)y * row_floats;
+        for (int j = 0; j < down[y].count; j++) {
+            size_t row = (size_t)((down[y].first + j) % image->height) * (size_t)image->width;
+            for (int x = 0; x < nx; x++)
+                for (int i = 0; i < across[x].count; i++) {
+                    size_t column = (size_t)((across[x].first + i) % image->width);
+                    const float *pixel = image->data + (row + column) * (size_t)image->channels;
+                    float weight = down[y].weights[j] * across[x].weights[i];
+                    for (int c = 0; c < channels; c++)
+                        out[x * channels + c] += weight * read_sample(reading, pixel, c);
+                }
+        }
+    }
+done:
+    free(across);
+    free(down);
+    return result;
+}
+
+static enum status image_fault(struct error *err, const char *pointer, const char *member,
+                               const char *message) {
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", pointer, member);
+    return error_fault(err, STATUS_BAD_ASSET, path, "%s", message);
+}
+
+static enum status decode_image(const struct asset_bytes *bytes, const char *pointer,
+                                const char *member, struct image_pixels *image, struct error *err) {
+    *image = (struct image_pixels){0};
+    const struct image_module *module = module_open(MODULE_IMAGE_OIIO, err);
+    if (!module)
+        return err && err->status != STATUS_OK ? err->status : STATUS_IO_ERROR;
+    char message[512];
+    if (module->decode(bytes->data, bytes->size, image, message, sizeof message) != 0)
+        return image_fault(err, pointer, member, message);
+    size_t count = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
+    for (size_t i = 0; image->is_float && i < count; i++)
+        if (!isfinite(image->data[i])) {
+            free(image->data);
+            *image = (struct image_pixels){0};
+            return image_fault(err, pointer, member,
+                               "the image holds a value that is not a finite number");
+        }
+    return STATUS_OK;
+}
+
+/* Colours on the grid: of the image, of the material's `color`, or grey. */
+static enum status make_colors(const struct scene_material *spec, const struct asset_bytes *bytes,
+                               const char *pointer, const int size[3], float **colors,
+                               struct error *err) {
+    size_t count = (size_t)size[0] * (size_t)size[1];
+    if (!bytes) {
+        *colors = calloc(count, COLOR_CHANNELS * sizeof **colors);
+        if (!*colors)
+            return error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for colours");
+        for (size_t i = 0; i < count * COLOR_CHANNELS; i++)
+            (*colors)[i] = spec->has_color ? (float)spec->color[i % COLOR_CHANNELS] : 0.5f;
+        return STATUS_OK;
+    }
+    struct image_pixels image;
+    enum status status = decode_image(bytes, pointer, "color", &image, err);
+    if (status != STATUS_OK)
+        return status;
+    float linear_of[256];
+    for (int i = 0; i < 256; i++)
+        linear_of[i] = linear_from_srgb((float)i / 255.0f);
+    bool table = image.bits == 8 && !image.is_float;
+    struct reading reading = {&image, COLOR_CHANNELS, table ? linear_of : NULL};
+    *colors = resample(&reading, size[0], size[1]);
+    free(image.data);
+    return *colors ? STATUS_OK
+                   : error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for colours");
+}
+
+static void fill_solid(struct volume *volume, const float *heights, const float *colors) {
+    size_t count = (size_t)volume->size[0] * (size_t)volume->size[1];
+    float depth = (float)volume->size[2];
+    float *voxel = volume->solid;
+    for (int z = 0; z < volume->size[2]; z++)
+        for (size_t i = 0; i < count; i++, voxel += 4) {
+            float h = fminf(fmaxf(heights[i], 0.0f), 1.0f);
+            float d = h * depth - ((float)z + 0.5f);
+            float s = fminf(fmaxf(0.5f + 0.5f * d, 0.0f), 1.0f);
+            for (int c = 0; c < COLOR_CHANNELS; c++)
+                voxel[c] = s * colors[i * COLOR_CHANNELS + (size_t)c];
+            voxel[3] = s;
+        }
+}
+
+enum status volume_make_height(const struct scene_material *spec, const struct asset_bytes *height,
+                               const struct asset_bytes *color, const char *pointer,
+                               struct volume *volume, struct error *err) {
+    struct image_pixels image;
+    enum status status = decode_image(height, pointer, "height", &image, err);
+    if (status != STATUS_OK)
+        return status;
+    int side[2] = {image.width, image.height};
+    for (int i = 0; i < 2; i++)
+        if (volume->size[i] == 0)
+            volume->size[i] = side[i] < VOLUME_SIDE_MAX ? side[i] : VOLUME_SIDE_MAX;
+    if (volume->size[2] == 0)
+        volume->size[2] = DEFAULT_DEPTH;
+    struct reading reading = {&image, 1, NULL};
+    float *heights = resample(&reading, volume->size[0], volume->size[1]), *colors = NULL;
+    free(image.data);
+    if (!heights) {
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for heights");
+        goto done;
+    }
+    status = make_colors(spec, color, pointer, volume->size, &colors, err);
+    if (status != STATUS_OK)
+        goto done;
+    volume->solid = volume_alloc_voxels(volume->size);
+    if (!volume->solid) {
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for voxels");
+        goto done;
+    }
+    fill_solid(volume, heights, colors);
+done:
+    free(heights);
+    free(colors);
+    return status;
+}
