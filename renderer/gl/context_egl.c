@@ -116,8 +116,8 @@ static void close_display(struct egl *egl) {
 static void egl_close(void *state) {
     struct egl *egl = state;
     close_display(egl);
-    egl->release_thread();
-    /* The library stays mapped: see "Closing" in README.md. */
+    egl->release_thread(); /* what EGL keeps for this thread would outlive the library otherwise */
+    dlclose(egl->library);
     free(egl);
 }
 
@@ -282,12 +282,15 @@ static enum status egl_open(const struct gl_options *options, void **state, char
                            "holds it; libegl-mesa0 and libgl1-mesa-dri hold the driver behind it",
                            name, dlerror());
     struct egl *egl = calloc(1, sizeof *egl);
-    if (!egl)
+    if (!egl) {
+        dlclose(library);
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "EGL: memory ran out");
+    }
     egl->library = library;
     egl->display = EGL_NO_DISPLAY;
     egl->context = EGL_NO_CONTEXT;
     if (!load_functions(egl)) {
+        dlclose(library);
         free(egl);
         return error_fault(err, STATUS_NO_GL, NULL,
                            "EGL: %s is no EGL library; Debian's package libegl1 holds one", name);

@@ -42,7 +42,7 @@ static void osmesa_close(void *state) {
         osmesa->make_current(NULL, NULL, 0, 0, 0);
         osmesa->destroy_context(osmesa->context);
     }
-    /* The library stays mapped: see "Closing" in README.md. */
+    dlclose(osmesa->library); /* its destructor ends llvmpipe's threads; nothing else does */
     free(osmesa);
 }
 
@@ -69,8 +69,10 @@ static enum status osmesa_open(const struct gl_options *options, void **state, c
                            "libosmesa6 holds it",
                            name, dlerror());
     struct osmesa *osmesa = calloc(1, sizeof *osmesa);
-    if (!osmesa)
+    if (!osmesa) {
+        dlclose(library);
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "OSMesa: memory ran out");
+    }
     osmesa->library = library;
 
     /* POSIX allows a function's address to come as an object pointer; ISO C does not let one be
