@@ -19,7 +19,7 @@ struct gl_context {
 };
 
 const char *gl_library_name(const char *variable, const char *name) {
-    const char *given = getenv(variable);
+    const char *given = secure_getenv(variable);
     return given && *given ? given : name;
 }
 

@@ -231,8 +231,7 @@ static bool open_any(struct egl *egl, const struct gl_options *options, const ch
 
     if (options->device >= 0) {
         if (options->device >= count) {
-            reasons_add(reasons, "there is no device %d: EGL lists %d (see pelt doctor)",
-                        options->device, count);
+            reasons_add(reasons, "there is no device %d, EGL lists %d", options->device, count);
             return false;
         }
         snprintf(name, 128, "%s", devices[options->device].name);
