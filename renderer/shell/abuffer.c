@@ -1,0 +1,229 @@
+/* A-buffer over boundary faces (Cook et al. 2004, section 3.2).
+ *
+ * Only an exit followed by an entry is a relation: whatever lies between an entry and an exit is
+ * ordered by shared faces. Faces that touch (where neighbours could not be linked) meet at one depth
+ * up to rounding, so exits count as nearer by a millionth. */
+#include "renderer/shell/abuffer.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define EXIT_BIAS 1e-6
+
+struct fragment {
+    double key; /* grows away from the eye */
+    uint32_t node_enters; /* node << 1 | enters */
+    uint32_t next;        /* fragment index + 1; 0 ends */
+};
+
+struct abuffer {
+    int width, height;
+    uint32_t *head;
+    struct fragment *fragment;
+    uint64_t count, capacity;
+};
+
+struct abuffer *abuffer_create(int width, int height) {
+    struct abuffer *buffer = calloc(1, sizeof *buffer);
+    if (!buffer)
+        return NULL;
+    buffer->width = width;
+    buffer->height = height;
+    buffer->head = calloc((size_t)width * (size_t)height, sizeof *buffer->head);
+    if (!buffer->head) {
+        free(buffer);
+        return NULL;
+    }
+    return buffer;
+}
+
+void abuffer_destroy(struct abuffer *buffer) {
+    if (!buffer)
+        return;
+    free(buffer->head);
+    free(buffer->fragment);
+    free(buffer);
+}
+
+uint64_t abuffer_fragments(const struct abuffer *buffer) {
+    return buffer->count;
+}
+
+static bool reserve(struct abuffer *buffer, uint64_t more) {
+    if (buffer->count + more <= buffer->capacity)
+        return true;
+    uint64_t capacity = buffer->capacity ? buffer->capacity * 2 : 1 << 16;
+    while (capacity < buffer->count + more)
+        capacity *= 2;
+    if (capacity >= UINT32_MAX)
+        return false;
+    struct fragment *grown = realloc(buffer->fragment, capacity * sizeof *grown);
+    if (!grown)
+        return false;
+    buffer->fragment = grown;
+    buffer->capacity = capacity;
+    return true;
+}
+
+/* The sample centres y + 1/2 = `row` of a convex polygon's scan line, as a half-open range. */
+static void scan_range(double corner[4][3], int count, double row, double *low, double *high) {
+    *low = INFINITY;
+    *high = -INFINITY;
+    for (int i = 0; i < count; i++) {
+        const double *a = corner[i], *b = corner[(i + 1) % count];
+        /* Half-open in y, and ordered from the lower end, so that faces sharing an edge share the
+         * crossing to the bit. */
+        const double *lower = a[1] <= b[1] ? a : b, *upper = a[1] <= b[1] ? b : a;
+        if (!(lower[1] <= row && row < upper[1]))
+            continue;
+        double x = lower[0] + (row - lower[1]) * ((upper[0] - lower[0]) / (upper[1] - lower[1]));
+        *low = fmin(*low, x);
+        *high = fmax(*high, x);
+    }
+}
+
+enum status abuffer_draw(struct abuffer *buffer, const struct projection *projection,
+                         const uint32_t vertex[3], uint32_t node, bool enters, struct error *err) {
+    double corner[4][3];
+    int count = project_face(projection, vertex, corner);
+    if (count == 0)
+        return STATUS_OK;
+    double y_low = INFINITY, y_high = -INFINITY, x_low = INFINITY, x_high = -INFINITY;
+    for (int i = 0; i < count; i++) {
+        x_low = fmin(x_low, corner[i][0]);
+        x_high = fmax(x_high, corner[i][0]);
+        y_low = fmin(y_low, corner[i][1]);
+        y_high = fmax(y_high, corner[i][1]);
+    }
+    double first_y = fmax(0, ceil(y_low - 0.5)), last_y = fmin(buffer->height, ceil(y_high - 0.5));
+    double first_x = fmax(0, ceil(x_low - 0.5)), last_x = fmin(buffer->width, ceil(x_high - 0.5));
+    if (!(first_y < last_y) || !(first_x < last_x))
+        return STATUS_OK;
+
+    /* The key is affine over the grid: its slopes from the polygon's largest corner triangle. */
+    double area = 0, slope_x = 0, slope_y = 0;
+    for (int i = 1; i + 1 < count; i++) {
+        double ax = corner[i][0] - corner[0][0], ay = corner[i][1] - corner[0][1];
+        double bx = corner[i + 1][0] - corner[0][0], by = corner[i + 1][1] - corner[0][1];
+        double ak = corner[i][2] - corner[0][2], bk = corner[i + 1][2] - corner[0][2];
+        double twice = ax * by - ay * bx;
+        if (fabs(twice) > fabs(area)) {
+            area = twice;
+            slope_x = (ak * by - bk * ay) / twice;
+            slope_y = (bk * ax - ak * bx) / twice;
+        }
+    }
+    if (area == 0)
+        return STATUS_OK;
+    uint32_t tag = node << 1 | (enters ? 1 : 0);
+    for (int y = (int)first_y; y < (int)last_y; y++) {
+        double low, high;
+        scan_range(corner, count, y + 0.5, &low, &high);
+        if (!(low < high))
+            continue;
+        int begin = (int)fmax(first_x, ceil(low - 0.5)), end = (int)fmin(last_x, ceil(high - 0.5));
+        if (begin >= end)
+            continue;
+        if (!reserve(buffer, (uint64_t)(end - begin)))
+            return error_fault(err, STATUS_OUT_OF_MEMORY, NULL,
+                               "no memory for the A-buffer past %llu fragments",
+                               (unsigned long long)buffer->count);
+        uint32_t *head = buffer->head + (size_t)y * (size_t)buffer->width;
+        double key = corner[0][2] + slope_y * (y + 0.5 - corner[0][1]) -
+                     slope_x * (corner[0][0] - 0.5);
+        for (int x = begin; x < end; x++) {
+            double k = key + slope_x * x;
+            if (!enters)
+                k -= EXIT_BIAS * fabs(k);
+            buffer->fragment[buffer->count] = (struct fragment){k, tag, head[x]};
+            head[x] = (uint32_t)++buffer->count;
+        }
+    }
+    return STATUS_OK;
+}
+
+static int nearer(const void *a, const void *b) {
+    double ka = ((const struct fragment *)a)->key, kb = ((const struct fragment *)b)->key;
+    return (ka > kb) - (ka < kb);
+}
+
+static bool relate(struct relations *relations, uint32_t front, uint32_t back) {
+    if (relations->count == relations->capacity) {
+        uint64_t capacity = relations->capacity ? relations->capacity * 2 : 1 << 14;
+        uint32_t *grown_front = realloc(relations->front, capacity * sizeof *grown_front);
+        if (grown_front)
+            relations->front = grown_front;
+        uint32_t *grown_back = realloc(relations->back, capacity * sizeof *grown_back);
+        if (grown_back)
+            relations->back = grown_back;
+        if (!grown_front || !grown_back)
+            return false;
+        relations->capacity = capacity;
+    }
+    relations->front[relations->count] = front;
+    relations->back[relations->count++] = back;
+    return true;
+}
+
+/* Samples beside one another mostly repeat the same relations: those of the last one are kept, so
+ * that few repeats reach the graph. */
+enum { RECENT = 16 };
+
+enum status abuffer_relations(struct abuffer *buffer, struct relations *relations,
+                              struct error *err) {
+    size_t capacity = 64;
+    struct fragment *list = malloc(capacity * sizeof *list);
+    uint64_t recent[RECENT];
+    memset(recent, 0xff, sizeof recent);
+    size_t pixels = (size_t)buffer->width * (size_t)buffer->height;
+    for (size_t pixel = 0; list && pixel < pixels; pixel++) {
+        size_t count = 0;
+        for (uint32_t at = buffer->head[pixel]; at; at = buffer->fragment[at - 1].next) {
+            if (count == capacity) {
+                struct fragment *grown = realloc(list, 2 * capacity * sizeof *list);
+                if (!grown)
+                    goto no_memory;
+                list = grown;
+                capacity *= 2;
+            }
+            list[count++] = buffer->fragment[at - 1];
+        }
+        if (count > 32) {
+            qsort(list, count, sizeof *list, nearer);
+        } else {
+            for (size_t i = 1; i < count; i++) {
+                struct fragment moved = list[i];
+                size_t j = i;
+                for (; j > 0 && list[j - 1].key > moved.key; j--)
+                    list[j] = list[j - 1];
+                list[j] = moved;
+            }
+        }
+        for (size_t i = 0, gap = 0; i + 1 < count; i++) {
+            uint32_t a = list[i].node_enters, b = list[i + 1].node_enters;
+            if ((a & 1) || !(b & 1) || a >> 1 == b >> 1)
+                continue;
+            uint64_t pair = (uint64_t)a << 32 | b;
+            uint64_t *slot = &recent[gap++ % RECENT];
+            if (*slot == pair)
+                continue;
+            *slot = pair;
+            if (!relate(relations, a >> 1, b >> 1))
+                goto no_memory;
+        }
+    }
+    if (!list)
+        goto no_memory;
+    free(list);
+    return STATUS_OK;
+no_memory:
+    free(list);
+    return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the visibility graph");
+}
+
+void relations_finish(struct relations *relations) {
+    free(relations->front);
+    free(relations->back);
+    *relations = (struct relations){0};
+}

@@ -1,0 +1,64 @@
+/* A shell: prisms over every triangle of a mesh, three tetrahedra in each.
+ * After Dufort, Leblanc & Poulin 2005, section 3.
+ *
+ * The tetrahedra of a prism over the welded vertices v0 < v1 < v2 (b below, t above) are
+ *   T0 = (b0, b1, b2, t2)   T1 = (b0, b1, t1, t2)   T2 = (b0, t0, t1, t2).
+ * Every side is cut from the lower-numbered vertex's bottom to the higher-numbered one's top, so
+ * neighbours share diagonals without looking at one another (Dompierre et al. 1999). */
+#ifndef PELT_RENDERER_SHELL_SHELL_H
+#define PELT_RENDERER_SHELL_SHELL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "api/report.h"
+#include "api/status.h"
+#include "renderer/asset/mesh.h"
+
+#define SHELL_NONE UINT32_MAX
+
+/* What the shaders need of one tetrahedron: SHELL_CELL_TEXELS texels of four floats (interface.h).
+ * With v0 its first vertex relative to `center`, g_k the gradient of the barycentric coordinate
+ * lambda_k, and e_k = uvw_k - uvw_0, for k = 1..3:
+ *   (v0, uvw_0.x) (g_1, uvw_0.y) (g_2, uvw_0.z) (g_3, e_1.x) (e_1.yz, e_2.xy) (e_2.z, e_3)
+ * lambda_k(p) = g_k . (p - v0), lambda_0 = 1 - the others. */
+enum { SHELL_CELL_TEXELS = 6 };
+
+struct shell {
+    uint32_t vertex_count;    /* twice the mesh's: bottoms, then tops */
+    double (*position)[3];    /* relative to center */
+    double center[3];         /* of the bounds, object space */
+    double bounds_min[3], bounds_max[3];
+    uint32_t tetra_count;
+    uint32_t (*tetra)[4];     /* vertices; face k lies opposite vertex k */
+    uint32_t (*neighbour)[4]; /* tetrahedron behind face k, SHELL_NONE on the boundary */
+    float (*cell)[SHELL_CELL_TEXELS][4]; /* for the shaders */
+    float longest;            /* longest edge of any tetrahedron, object units: bounds every loop */
+    double thickness;
+    struct shell_diagnosis {
+        uint64_t inverted, inverted_first; /* prisms whose Jacobian changes sign; mesh triangle */
+        uint64_t flat, flat_first;         /* tetrahedra without volume: left out of drawing */
+    } diagnosis;
+    size_t bytes;
+    int references;
+};
+
+struct shell_cache; /* keyed by mesh (its address: the shell holds a reference), thickness and tiles */
+struct shell_cache *shell_cache_create(struct mesh_cache *meshes, size_t bytes_max);
+void shell_cache_destroy(struct shell_cache *cache);
+
+/* Builds, or finds, the shell over a mesh. The shell keeps its own reference to the mesh.
+ * STATUS_OUT_OF_MEMORY, STATUS_TOO_COMPLEX. */
+enum status shell_acquire(struct shell_cache *cache, const struct mesh *mesh, double thickness,
+                          const double tiles[2], const char *pointer, const struct shell **shell,
+                          struct error *err);
+void shell_release(struct shell_cache *cache, const struct shell *shell);
+
+/* Builds one outside any cache; shell_destroy() frees it. */
+enum status shell_build(const struct mesh *mesh, double thickness, const double tiles[2],
+                        const char *pointer, struct shell **shell, struct error *err);
+void shell_destroy(struct shell *shell); /* takes NULL */
+
+void shell_warn(const struct shell *shell, const char *pointer, struct report *report);
+
+#endif

@@ -1,0 +1,294 @@
+/* SXMPVO: the graph of "lies behind", and its order. See sort.h. */
+#include "renderer/shell/sort.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/shell/abuffer.h"
+
+struct graph {
+    const struct sort_shell *shells;
+    uint32_t shell_count;
+    uint32_t first[SORT_SHELLS_MAX + 1]; /* node of each shell's tetrahedron 0 */
+    uint8_t *behind;       /* for each node, a bit a face: its neighbour lies behind it */
+    uint32_t *gap_first;   /* [nodes + 1]: relations of the A-buffer, by front node */
+    uint32_t *gap_back;
+};
+
+static void cross(const double a[3], const double b[3], double out[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* > 0 where the eye lies on the tetrahedron's own side of its face k (rays leave through it), < 0
+ * where it lies beyond (rays enter), 0 where the face is seen edge-on or has no area. */
+static int eye_side(const struct shell *shell, const double eye[3], bool orthographic,
+                    uint32_t tetra, int k) {
+    const uint32_t *vertex = shell->tetra[tetra];
+    const double *p = shell->position[vertex[(k + 1) & 3]];
+    const double *q = shell->position[vertex[(k + 2) & 3]];
+    const double *r = shell->position[vertex[(k + 3) & 3]];
+    const double *inside = shell->position[vertex[k]];
+    double pq[3], pr[3], to_inside[3], to_eye[3], normal[3];
+    for (int i = 0; i < 3; i++) {
+        pq[i] = q[i] - p[i];
+        pr[i] = r[i] - p[i];
+        to_inside[i] = inside[i] - p[i];
+        to_eye[i] = orthographic ? eye[i] : eye[i] - p[i];
+    }
+    cross(pq, pr, normal);
+    double a = dot(normal, to_inside), b = dot(normal, to_eye);
+    return ((a > 0) - (a < 0)) * ((b > 0) - (b < 0));
+}
+
+/* Relations through shared faces, and the boundary faces into the A-buffer. */
+static enum status relate_faces(struct graph *graph, uint32_t s, struct abuffer *buffer,
+                                struct error *err) {
+    const struct shell *shell = graph->shells[s].shell;
+    const struct view *view = &graph->shells[s].projection->view;
+    double eye[3]; /* orthographic: the direction toward it */
+    for (int i = 0; i < 3; i++)
+        eye[i] = view->orthographic ? -view->d0[i] : view->o0[i] - view->d0[i];
+    uint8_t *behind = graph->behind + graph->first[s];
+    for (uint32_t t = 0; t < shell->tetra_count; t++)
+        for (int k = 0; k < 4; k++) {
+            uint32_t other = shell->neighbour[t][k];
+            if (other != SHELL_NONE && other < t)
+                continue; /* decided from the other side */
+            int side = eye_side(shell, eye, view->orthographic, t, k);
+            if (side == 0)
+                continue;
+            if (other == SHELL_NONE) {
+                uint32_t face[3];
+                for (int v = 0; v < 3; v++)
+                    face[v] = shell->tetra[t][(k + 1 + v) & 3];
+                enum status status =
+                    abuffer_draw(buffer, graph->shells[s].projection, face, graph->first[s] + t,
+                                 side < 0, err);
+                if (status != STATUS_OK)
+                    return status;
+            } else if (side > 0) {
+                behind[t] |= (uint8_t)(1 << k);
+            } else {
+                for (int m = 0; m < 4; m++)
+                    if (shell->neighbour[other][m] == t)
+                        behind[other] |= (uint8_t)(1 << m);
+            }
+        }
+    return STATUS_OK;
+}
+
+/* Compressed rows of the A-buffer's relations, by front node (a counting sort: stable, O(n)). */
+static bool index_relations(struct graph *graph, const struct relations *relations,
+                            uint32_t nodes) {
+    graph->gap_first = calloc((size_t)nodes + 2, sizeof *graph->gap_first);
+    graph->gap_back = malloc((relations->count + 1) * sizeof *graph->gap_back);
+    if (!graph->gap_first || !graph->gap_back)
+        return false;
+    uint32_t *start = graph->gap_first + 1;
+    for (uint64_t i = 0; i < relations->count; i++)
+        start[relations->front[i] + 1]++;
+    for (uint32_t n = 0; n < nodes; n++)
+        start[n + 1] += start[n];
+    for (uint64_t i = 0; i < relations->count; i++)
+        graph->gap_back[start[relations->front[i]]++] = relations->back[i];
+    return true; /* start[n] has moved to the end of row n, so gap_first[n] is its beginning */
+}
+
+static uint32_t shell_of(const struct graph *graph, uint32_t node) {
+    uint32_t s = 0;
+    while (node >= graph->first[s + 1])
+        s++;
+    return s;
+}
+
+/* The next node behind `node`, from *cursor on: faces 0..3, then the gaps. SHELL_NONE: no more. */
+static uint32_t next_behind(const struct graph *graph, const struct shell *shell, uint32_t first,
+                            uint32_t node, uint32_t *cursor) {
+    for (; *cursor < 4; ++*cursor)
+        if (graph->behind[node] & (1 << *cursor))
+            return first + shell->neighbour[node - first][(*cursor)++];
+    uint32_t gap = graph->gap_first[node] + *cursor - 4;
+    if (gap < graph->gap_first[node + 1]) {
+        ++*cursor;
+        return graph->gap_back[gap];
+    }
+    return SHELL_NONE;
+}
+
+struct by_depth {
+    double depth;
+    uint32_t node;
+};
+
+static int farther(const void *a, const void *b) {
+    const struct by_depth *x = a, *y = b;
+    if (x->depth != y->depth)
+        return x->depth > y->depth ? -1 : 1;
+    return (x->node > y->node) - (x->node < y->node);
+}
+
+/* A cycle has no right order: its tetrahedra go by the depth of their centres, farthest first. */
+static bool order_cycle(const struct graph *graph, uint32_t *node, size_t count) {
+    struct by_depth *list = malloc(count * sizeof *list);
+    if (!list)
+        return false;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t s = shell_of(graph, node[i]);
+        const uint32_t *vertex = graph->shells[s].shell->tetra[node[i] - graph->first[s]];
+        double depth = 0;
+        for (int v = 0; v < 4; v++)
+            depth += graph->shells[s].projection->clip[vertex[v]][2];
+        list[i] = (struct by_depth){depth, node[i]};
+    }
+    qsort(list, count, sizeof *list, farther);
+    for (size_t i = 0; i < count; i++)
+        node[i] = list[i].node;
+    free(list);
+    return true;
+}
+
+/* Tarjan 1972, iterative. A component is complete once everything behind it is, so components come
+ * out back to front. `rank` is 0 for unseen nodes, DONE for those already in the order. */
+static enum status walk(const struct graph *graph, uint32_t nodes, struct sort_result *result,
+                        struct error *err) {
+    const uint32_t DONE = UINT32_MAX;
+    struct frame {
+        uint32_t node, cursor;
+    };
+    uint32_t *rank = calloc((size_t)nodes + 1, sizeof *rank);
+    uint32_t *low = malloc(((size_t)nodes + 1) * sizeof *low);
+    uint32_t *open = malloc(((size_t)nodes + 1) * sizeof *open);
+    struct frame *frames = malloc(((size_t)nodes + 1) * sizeof *frames);
+    uint32_t *out = malloc(((size_t)nodes + 1) * sizeof *out);
+    enum status status = STATUS_OK;
+    if (!rank || !low || !open || !frames || !out) {
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to sort %u tetrahedra",
+                             nodes);
+        goto done;
+    }
+    uint32_t seen = 0, opened = 0, done = 0;
+    for (uint32_t root = 0; root < nodes; root++) {
+        if (rank[root])
+            continue;
+        size_t depth = 0;
+        frames[depth++] = (struct frame){root, 0};
+        rank[root] = low[root] = ++seen;
+        open[opened++] = root;
+        while (depth) {
+            struct frame *frame = &frames[depth - 1];
+            uint32_t node = frame->node, s = shell_of(graph, node);
+            uint32_t next = next_behind(graph, graph->shells[s].shell, graph->first[s], node,
+                                        &frame->cursor);
+            if (next != SHELL_NONE) {
+                if (rank[next] == 0) {
+                    rank[next] = low[next] = ++seen;
+                    open[opened++] = next;
+                    frames[depth++] = (struct frame){next, 0};
+                } else if (rank[next] != DONE && rank[next] < low[node]) {
+                    low[node] = rank[next];
+                }
+                continue;
+            }
+            depth--;
+            if (depth && low[node] < low[frames[depth - 1].node])
+                low[frames[depth - 1].node] = low[node];
+            if (low[node] != rank[node])
+                continue;
+            uint32_t begin = done;
+            do {
+                uint32_t member = open[--opened];
+                rank[member] = DONE;
+                out[done++] = member;
+            } while (out[done - 1] != node);
+            if (done - begin > 1) {
+                if (result->cycles++ == 0)
+                    result->cycle_first = node - graph->first[s];
+                result->cycle_tetra += done - begin;
+                if (!order_cycle(graph, out + begin, done - begin)) {
+                    status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL,
+                                         "no memory to order a cycle of %u tetrahedra",
+                                         done - begin);
+                    goto done;
+                }
+            }
+        }
+    }
+    for (uint32_t i = 0; i < nodes; i++) {
+        uint32_t s = shell_of(graph, out[i]);
+        result->order[i] = (uint64_t)s << 32 | (out[i] - graph->first[s]);
+    }
+    result->count = nodes;
+done:
+    free(rank);
+    free(low);
+    free(open);
+    free(frames);
+    free(out);
+    return status;
+}
+
+enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_count,
+                            struct sort_result *result, struct error *err) {
+    *result = (struct sort_result){0};
+    if (shell_count > SORT_SHELLS_MAX)
+        return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
+                           "at most %d semi-transparent shells can be sorted together",
+                           SORT_SHELLS_MAX);
+    struct graph graph = {.shells = shells, .shell_count = shell_count};
+    uint64_t nodes = 0;
+    for (uint32_t s = 0; s < shell_count; s++) {
+        graph.first[s] = (uint32_t)nodes;
+        nodes += shells[s].shell->tetra_count;
+        if (nodes >= 1u << 30)
+            return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
+                               "more than 2^30 tetrahedra to sort");
+    }
+    graph.first[shell_count] = (uint32_t)nodes;
+    if (nodes == 0)
+        return STATUS_OK;
+
+    const struct view *view = &shells[0].projection->view;
+    struct abuffer *buffer = abuffer_create(view->width, view->height);
+    struct relations relations = {0};
+    enum status status = STATUS_OK;
+    graph.behind = calloc(nodes, 1);
+    result->order = malloc(nodes * sizeof *result->order);
+    if (!buffer || !graph.behind || !result->order) {
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to sort %llu tetrahedra",
+                             (unsigned long long)nodes);
+        goto done;
+    }
+    for (uint32_t s = 0; s < shell_count; s++)
+        if ((status = relate_faces(&graph, s, buffer, err)) != STATUS_OK)
+            goto done;
+    if ((status = abuffer_relations(buffer, &relations, err)) != STATUS_OK)
+        goto done;
+    result->fragments = abuffer_fragments(buffer);
+    result->edges = relations.count;
+    abuffer_destroy(buffer);
+    buffer = NULL;
+    if (!index_relations(&graph, &relations, (uint32_t)nodes)) {
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the visibility graph");
+        goto done;
+    }
+    relations_finish(&relations);
+    status = walk(&graph, (uint32_t)nodes, result, err);
+done:
+    abuffer_destroy(buffer);
+    relations_finish(&relations);
+    free(graph.behind);
+    free(graph.gap_first);
+    free(graph.gap_back);
+    if (status != STATUS_OK) {
+        free(result->order);
+        *result = (struct sort_result){0};
+    }
+    return status;
+}

@@ -1,0 +1,42 @@
+/* Visibility order of tetrahedra: SXMPVO (Cook, Max, Silva & Williams 2004), as used by Dufort et
+ * al. 2005, section 4.1.
+ *
+ * Two kinds of "lies behind" relations make a graph: between neighbours, from the side of their
+ * shared face on which the eye lies; and across gaps, from an A-buffer of the boundary faces drawn
+ * at exactly the samples of the picture. A depth-first walk gives the order. Walking with Tarjan's
+ * algorithm costs little more and yields, besides the order, the strongly connected components:
+ * those of more than one tetrahedron are the cycles. */
+#ifndef PELT_RENDERER_SHELL_SORT_H
+#define PELT_RENDERER_SHELL_SORT_H
+
+#include <stdint.h>
+
+#include "api/status.h"
+#include "renderer/shell/project.h"
+#include "renderer/shell/shell.h"
+
+/* One shell to be sorted with others, and how this picture sees it. */
+struct sort_shell {
+    const struct shell *shell;
+    const struct projection *projection;
+};
+
+struct sort_result {
+    /* Back to front: shell << 32 | tetrahedron. count = all tetrahedra of all shells. */
+    uint64_t *order;
+    uint64_t count;
+    uint64_t edges;        /* relations found by the A-buffer */
+    uint64_t fragments;    /* of boundary faces */
+    uint64_t cycles;       /* strongly connected components of more than one tetrahedron */
+    uint64_t cycle_tetra;  /* tetrahedra in them, drawn there by depth of their centres */
+    uint64_t cycle_first;  /* the first such tetrahedron */
+};
+
+enum { SORT_SHELLS_MAX = 64 };
+
+/* Sorts `shell_count` shells together. All projections are of one sample grid. The caller frees
+ * result->order. STATUS_OUT_OF_MEMORY, STATUS_TOO_COMPLEX. */
+enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_count,
+                            struct sort_result *result, struct error *err);
+
+#endif
