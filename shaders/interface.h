@@ -15,4 +15,49 @@
 
 #define LIGHTS_MAX 8
 
+/* The uniform block `frame`: one vec4 a row. Rays and projection are those of view.h, in the
+ * object's space; the rest is in the world's. */
+#define FRAME_O0          0 /* ray origin: o0, ou, ov */
+#define FRAME_OU          1
+#define FRAME_OV          2
+#define FRAME_D0          3 /* ray direction: d0, du, dv */
+#define FRAME_DU          4
+#define FRAME_DV          5
+#define FRAME_SCREEN      6 /* 2 / width, 2 / height of the sample grid */
+#define FRAME_STEP        7 /* steps per unit of length, 1 / thickness, most steps */
+#define FRAME_NORMAL      8 /* three rows: world normal from the object's gradient */
+#define FRAME_VIEW_D0     11 /* ray direction in the world */
+#define FRAME_VIEW_DU     12
+#define FRAME_VIEW_DV     13
+#define FRAME_X_ROW       14 /* projection of a point */
+#define FRAME_Y_ROW       15
+#define FRAME_H_ROW       16
+#define FRAME_AMBIENT     17 /* rgb; w: number of lights */
+#define FRAME_LIGHT_SUM   18 /* sum of the lights' colours / 4 */
+#define FRAME_MATERIAL    19 /* specular, shininess; w: 1 in orthographic views */
+#define FRAME_CONSTANT    20 /* homogeneous: radiance, extinction; surface: base colour */
+#define FRAME_SIZE        21 /* voxels along u, v, w; w: -1 where the transform mirrors, else 1 */
+#define FRAME_LIGHT_DIR   22 /* LIGHTS_MAX unit vectors toward the lights */
+#define FRAME_LIGHT_COLOR 30
+#define FRAME_VEC4S       38
+
+#define BINDING_FRAME           0
+#define BINDING_CELLS           0 /* samplerBuffer: tetrahedra, shell.h */
+#define BINDING_MEDIUM          1
+#define BINDING_MEDIUM_GRADIENT 2
+#define BINDING_SOLID           3
+#define BINDING_SOLID_GRADIENT  4
+#define BINDING_OCCLUDER        5 /* sampler2D: depth of what is opaque */
+#define BINDING_BASE_COLOR      6
+#define BINDING_SAMPLES         7 /* sampler2D: the picture before resolving */
+
+#define CELL_TEXELS 6
+
+/* Depth of a point at the ray parameter t (eye -1, far away infinite): reversed, in (0, 1]. */
+#define DEPTH_OF_T(t) (1.0 / (2.0 + (t)))
+#define T_OF_DEPTH(z) (1.0 / (z)-2.0)
+
+/* The optical depth that stands for "opaque": exp(-x) is 0 and sums stay finite. */
+#define OPAQUE_DEPTH 1.0e30
+
 #endif

@@ -31,6 +31,7 @@ struct mesh_surface {
 
 /* Face k of a triangle is the edge from corner k to corner (k + 1) % 3. */
 struct mesh {
+    uint64_t serial; /* from 1, unique among all meshes that one cache ever made */
     uint32_t vertex_count;
     double (*position)[3]; /* object space, Z up */
     double (*normal)[3];   /* unit, angle-weighted over all triangles at the vertex unless the asset

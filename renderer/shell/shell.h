@@ -25,6 +25,7 @@
 enum { SHELL_CELL_TEXELS = 6 };
 
 struct shell {
+    uint64_t serial;          /* from 1, unique among all shells that one cache ever made */
     uint32_t vertex_count;    /* twice the mesh's: bottoms, then tops */
     double (*position)[3];    /* relative to center */
     double center[3];         /* of the bounds, object space */
@@ -43,12 +44,12 @@ struct shell {
     int references;
 };
 
-struct shell_cache; /* keyed by mesh (its address: the shell holds a reference), thickness and tiles */
-struct shell_cache *shell_cache_create(struct mesh_cache *meshes, size_t bytes_max);
-void shell_cache_destroy(struct shell_cache *cache);
+struct shell_cache; /* keyed by the mesh's serial, thickness and tiles; least recently used goes */
+struct shell_cache *shell_cache_create(size_t bytes_max); /* NULL where memory ran out */
+void shell_cache_destroy(struct shell_cache *cache);      /* takes NULL */
 
-/* Builds, or finds, the shell over a mesh. The shell keeps its own reference to the mesh.
- * STATUS_OUT_OF_MEMORY, STATUS_TOO_COMPLEX. */
+/* Builds, or finds, the shell over a mesh, which is only read during the call. Given back with
+ * shell_release(). STATUS_OUT_OF_MEMORY. */
 enum status shell_acquire(struct shell_cache *cache, const struct mesh *mesh, double thickness,
                           const double tiles[2], const char *pointer, const struct shell **shell,
                           struct error *err);

@@ -1,0 +1,77 @@
+#include "renderer/path/frame.h"
+
+#include <math.h>
+#include <string.h>
+
+static void set3(float row[4], const double v[3]) {
+    for (int i = 0; i < 3; i++)
+        row[i] = (float)v[i];
+}
+
+void frame_clear(struct frame *frame) {
+    memset(frame, 0, sizeof *frame);
+}
+
+void frame_set_view(struct frame *frame, const struct picture *picture, const struct view *view,
+                    const struct path_object *object) {
+    set3(frame->v[FRAME_O0], view->o0);
+    set3(frame->v[FRAME_OU], view->ou);
+    set3(frame->v[FRAME_OV], view->ov);
+    set3(frame->v[FRAME_D0], view->d0);
+    set3(frame->v[FRAME_DU], view->du);
+    set3(frame->v[FRAME_DV], view->dv);
+    frame->v[FRAME_SCREEN][0] = 2.0f / (float)view->width;
+    frame->v[FRAME_SCREEN][1] = 2.0f / (float)view->height;
+    /* Only its direction matters: scaled to the largest component, so that gradients of objects a
+     * millionth or a million units wide neither vanish nor overflow. */
+    double largest = 0;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            largest = fmax(largest, fabs(object->normal_rows[r][c]));
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            frame->v[FRAME_NORMAL + r][c] = (float)(object->normal_rows[r][c] / largest);
+    set3(frame->v[FRAME_VIEW_D0], picture->world.d0);
+    set3(frame->v[FRAME_VIEW_DU], picture->world.du);
+    set3(frame->v[FRAME_VIEW_DV], picture->world.dv);
+    for (int i = 0; i < 4; i++) {
+        frame->v[FRAME_X_ROW][i] = (float)view->x_row[i];
+        frame->v[FRAME_Y_ROW][i] = (float)view->y_row[i];
+        frame->v[FRAME_H_ROW][i] = (float)view->h_row[i];
+    }
+    const struct light_set *lights = &picture->lights;
+    memcpy(frame->v[FRAME_AMBIENT], lights->ambient, sizeof lights->ambient);
+    frame->v[FRAME_AMBIENT][3] = (float)lights->count;
+    memcpy(frame->v[FRAME_LIGHT_SUM], lights->even, sizeof lights->even);
+    for (int k = 0; k < lights->count; k++) {
+        memcpy(frame->v[FRAME_LIGHT_DIR + k], lights->toward[k], sizeof lights->toward[k]);
+        memcpy(frame->v[FRAME_LIGHT_COLOR + k], lights->color[k], sizeof lights->color[k]);
+    }
+    frame->v[FRAME_MATERIAL][3] = view->orthographic ? 1 : 0;
+    frame->v[FRAME_SIZE][3] = object->mirrored ? -1 : 1;
+}
+
+double frame_steps_needed(const struct path_object *object) {
+    return ceil((double)object->shell->longest * object->samples / object->shell->thickness) + 1;
+}
+
+void frame_set_shell(struct frame *frame, const struct path_object *object) {
+    const struct volume *volume = object->volume;
+    frame->v[FRAME_STEP][0] = (float)(object->samples / object->shell->thickness);
+    frame->v[FRAME_STEP][1] = (float)(1 / object->shell->thickness);
+    frame->v[FRAME_STEP][2] = (float)fmin(frame_steps_needed(object), PATH_STEPS_MAX);
+    for (int i = 0; i < 3; i++) {
+        frame->v[FRAME_SIZE][i] = (float)volume->size[i];
+        frame->v[FRAME_CONSTANT][i] = (float)volume->radiance[i];
+    }
+    frame->v[FRAME_CONSTANT][3] = (float)volume->extinction;
+    frame->v[FRAME_MATERIAL][0] = volume->specular;
+    frame->v[FRAME_MATERIAL][1] = volume->shininess;
+}
+
+void frame_bind(const struct frame *frame, GLuint *buffer) {
+    if (!*buffer)
+        glCreateBuffers(1, buffer);
+    glNamedBufferData(*buffer, sizeof *frame, frame, GL_STREAM_DRAW);
+    glBindBufferBase(GL_UNIFORM_BUFFER, BINDING_FRAME, *buffer);
+}

@@ -1,0 +1,31 @@
+/* The uniform block that all programs share (FRAME_* of shaders/interface.h), filled from what a
+ * picture and an object know. */
+#ifndef PELT_RENDERER_PATH_FRAME_H
+#define PELT_RENDERER_PATH_FRAME_H
+
+#include <glad/gl.h>
+
+#include "renderer/path/path.h"
+
+struct frame {
+    float v[FRAME_VEC4S][4];
+};
+
+void frame_clear(struct frame *frame);
+
+/* Rays and projection in an object's space, the world's view vectors, lights, normals. */
+void frame_set_view(struct frame *frame, const struct picture *picture, const struct view *view,
+                    const struct path_object *object);
+
+/* Shell: step length, extinction scale, voxels, material constants. */
+void frame_set_shell(struct frame *frame, const struct path_object *object);
+
+/* The most steps any segment of the object's shell needs; a segment takes PATH_STEPS_MAX at most (it
+ * bounds every loop; a driver ends a longer one silently at 65,535). */
+enum { PATH_STEPS_MAX = 8192 };
+double frame_steps_needed(const struct path_object *object);
+
+/* Uploads the block into `buffer` (made if 0) and binds it. */
+void frame_bind(const struct frame *frame, GLuint *buffer);
+
+#endif

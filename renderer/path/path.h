@@ -1,0 +1,83 @@
+/* What a path is: a small table of functions. The facade makes every object ready (mesh, shell,
+ * voxels, textures, projection), then asks the path that the plan chose to upload, sort and draw.
+ * A method is added or taken away by one file here, its shaders, and one row of path_table. */
+#ifndef PELT_RENDERER_PATH_PATH_H
+#define PELT_RENDERER_PATH_PATH_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "api/report.h"
+#include "api/scene.h"
+#include "renderer/asset/mesh.h"
+#include "renderer/asset/volume.h"
+#include "renderer/bake/volume_texture.h"
+#include "renderer/gl/clock.h"
+#include "renderer/gl/program.h"
+#include "renderer/gl/target.h"
+#include "renderer/light/light.h"
+#include "renderer/shell/project.h"
+#include "renderer/shell/shell.h"
+#include "renderer/shell/view.h"
+
+/* One object of the scene, ready to be drawn. Everything is owned by the facade. */
+struct path_object {
+    const struct scene_object *object;
+    char pointer[32]; /* of the object in the scene */
+    const struct mesh *mesh;
+    struct view mesh_view;         /* in object space, relative to the mesh's centre */
+    double normal_rows[3][3];      /* world normal from the object's gradient */
+    bool mirrored;                 /* the transform turns triangles inside out */
+
+    /* Shells only, else NULL. */
+    const struct shell *shell;
+    const struct volume *volume;
+    const struct baked *baked;
+    struct projection projection;
+    int samples; /* steps across one thickness */
+};
+
+/* Everything that the passes of one picture share. */
+struct picture {
+    struct gl_programs *programs;
+    struct gl_target *target; /* the sample grid: fp32 colour, and depth where something is opaque */
+    struct view world;
+    struct light_set lights;
+    struct path_object *objects;
+    size_t object_count;
+    bool occluded;     /* something opaque is drawn before the media */
+    bool cold;         /* set where a shader was compiled */
+    struct report *report;
+    struct stage_clock *clock;
+};
+
+struct path {
+    const char *name;
+    enum scene_path id;
+    /* State that outlives pictures: buffers, caches. A context is current in all of these. */
+    enum status (*create)(void **state, struct error *err);
+    void (*destroy)(void *state); /* takes NULL */
+    /* Before drawing: order, buffers. Moves picture->clock through sort and upload. */
+    enum status (*prepare)(void *state, struct picture *picture, struct error *err);
+    /* Opaque parts of materials: writes colour and depth. Called if any volume has a solid. */
+    enum status (*draw_solid)(void *state, struct picture *picture, struct error *err);
+    /* Media, blended over what is there. Called if any volume has a medium. */
+    enum status (*draw_media)(void *state, struct picture *picture, struct error *err);
+};
+
+extern const struct path path_tetra;
+
+extern const struct path *const path_table[]; /* ends with NULL */
+
+/* The path of an id; NULL if this version has none. */
+const struct path *path_find(enum scene_path id);
+
+/* Whether a volume needs each of the two draws. */
+static inline bool volume_has_medium(const struct volume *volume) {
+    return volume->homogeneous ? volume->extinction > 0 : volume->medium != NULL;
+}
+static inline bool volume_has_solid(const struct volume *volume) {
+    return volume->solid != NULL;
+}
+
+#endif

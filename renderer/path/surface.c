@@ -1,0 +1,234 @@
+/* Opaque triangles: bases of shells and plain meshes, with the asset's colours and textures where the
+ * scene gives no colour of its own. Two-sided, lit as a surface. */
+#include "renderer/path/surface.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/gl/context.h"
+#include "renderer/path/frame.h"
+#include "renderer/path/resident.h"
+
+enum { DEVICE_BYTES_MAX = 256 << 20 };
+
+struct corner {
+    float position[3], normal[3], uv[2];
+};
+
+/* Triangles of one surface, next to one another in the buffer. */
+struct batch {
+    uint32_t first, count; /* corners */
+    float color[3];
+    GLuint texture; /* 0: none */
+};
+
+struct device_mesh {
+    GLuint vertex_array, buffer;
+    uint32_t batch_count, texture_count;
+    struct batch *batches;
+    GLuint *textures;
+};
+
+struct surface_pass {
+    struct resident_cache meshes;
+    GLuint frame_buffer;
+};
+
+static void destroy_mesh(void *data) {
+    struct device_mesh *mesh = data;
+    glDeleteVertexArrays(1, &mesh->vertex_array);
+    glDeleteBuffers(1, &mesh->buffer);
+    if (mesh->textures)
+        glDeleteTextures((GLsizei)mesh->texture_count, mesh->textures);
+    free(mesh->textures);
+    free(mesh->batches);
+    free(mesh);
+}
+
+struct surface_pass *surface_pass_create(void) {
+    struct surface_pass *pass = calloc(1, sizeof *pass);
+    if (pass) {
+        pass->meshes.bytes_max = DEVICE_BYTES_MAX;
+        pass->meshes.destroy = destroy_mesh;
+    }
+    return pass;
+}
+
+void surface_pass_destroy(struct surface_pass *pass) {
+    if (!pass)
+        return;
+    resident_clear(&pass->meshes);
+    glDeleteBuffers(1, &pass->frame_buffer);
+    free(pass);
+}
+
+bool surface_wanted(const struct scene_object *object) {
+    return object->kind == SCENE_OBJECT_MESH ||
+           (object->kind == SCENE_OBJECT_SHELL && object->shell.has_base);
+}
+
+/* The scene's own colour for an object's triangles; NULL where the asset decides. */
+static const double *scene_color(const struct scene_object *object) {
+    if (object->kind == SCENE_OBJECT_MESH)
+        return object->mesh.has_color ? object->mesh.color : NULL;
+    return object->shell.base.has_color ? object->shell.base.color : NULL;
+}
+
+static GLuint make_texture(const struct mesh_image *image) {
+    int longest = image->width > image->height ? image->width : image->height, levels = 1;
+    while (longest >> levels)
+        levels++;
+    GLuint texture;
+    glCreateTextures(GL_TEXTURE_2D, 1, &texture);
+    glTextureStorage2D(texture, levels, GL_SRGB8_ALPHA8, image->width, image->height);
+    glTextureSubImage2D(texture, 0, 0, 0, image->width, image->height, GL_RGBA, GL_UNSIGNED_BYTE,
+                        image->rgba);
+    glGenerateTextureMipmap(texture);
+    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    return texture;
+}
+
+/* Corners sorted by surface, stably. */
+static enum status fill_corners(const struct mesh *mesh, struct device_mesh *device,
+                                struct corner *corners) {
+    double center[3];
+    for (int i = 0; i < 3; i++)
+        center[i] = mesh->bounds_min[i] + (mesh->bounds_max[i] - mesh->bounds_min[i]) / 2;
+    uint32_t next = 0;
+    for (uint32_t s = 0; s < mesh->surface_count; s++) {
+        struct batch *batch = &device->batches[s];
+        batch->first = next;
+        memcpy(batch->color, mesh->surfaces[s].base_color, sizeof batch->color);
+        if (mesh->surfaces[s].image >= 0 && device->textures)
+            batch->texture = device->textures[mesh->surfaces[s].image];
+        for (uint32_t f = 0; f < mesh->triangle_count; f++) {
+            if (mesh->surface[f] != s)
+                continue;
+            for (int c = 0; c < 3; c++) {
+                struct corner *out = &corners[next++];
+                const double *p = mesh->position[mesh->vertex[f][c]];
+                for (int i = 0; i < 3; i++)
+                    out->position[i] = (float)(p[i] - center[i]);
+                memcpy(out->normal, mesh->corner_normal[f][c], sizeof out->normal);
+                /* Wrapping is the sampler's; whole tiles go before fp32 loses the fraction. */
+                for (int i = 0; i < 2; i++)
+                    out->uv[i] = (float)(mesh->corner_uv[f][c][i] -
+                                         floor(mesh->corner_uv[f][0][i]));
+            }
+        }
+        batch->count = next - batch->first;
+    }
+    return STATUS_OK;
+}
+
+static enum status upload_mesh(struct surface_pass *pass, const struct mesh *mesh,
+                               struct picture *picture, struct error *err) {
+    struct device_mesh *device = calloc(1, sizeof *device);
+    struct corner *corners = malloc((3 * (size_t)mesh->triangle_count + 1) * sizeof *corners);
+    if (!device || !corners)
+        goto no_memory;
+    device->batch_count = mesh->surface_count;
+    device->batches = calloc(mesh->surface_count + (size_t)1, sizeof *device->batches);
+    device->textures = calloc(mesh->image_count + (size_t)1, sizeof *device->textures);
+    if (!device->batches || !device->textures)
+        goto no_memory;
+    size_t bytes = 3 * (size_t)mesh->triangle_count * sizeof *corners;
+    for (uint32_t i = 0; i < mesh->image_count; i++) {
+        if (!mesh->images[i].rgba)
+            continue;
+        device->textures[i] = make_texture(&mesh->images[i]);
+        device->texture_count = i + 1;
+        bytes += (size_t)mesh->images[i].width * (size_t)mesh->images[i].height * 16 / 3;
+    }
+    fill_corners(mesh, device, corners);
+    glCreateBuffers(1, &device->buffer);
+    glNamedBufferStorage(device->buffer,
+                         (GLsizeiptr)(3 * (size_t)mesh->triangle_count * sizeof *corners + 4),
+                         NULL, GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferSubData(device->buffer, 0,
+                         (GLsizeiptr)(3 * (size_t)mesh->triangle_count * sizeof *corners),
+                         corners);
+    glCreateVertexArrays(1, &device->vertex_array);
+    GLuint array = device->vertex_array;
+    glVertexArrayVertexBuffer(array, 0, device->buffer, 0, sizeof *corners);
+    static const GLint sizes[3] = {3, 3, 2};
+    static const GLuint offsets[3] = {offsetof(struct corner, position),
+                                      offsetof(struct corner, normal), offsetof(struct corner, uv)};
+    for (GLuint a = 0; a < 3; a++) {
+        glEnableVertexArrayAttrib(array, a);
+        glVertexArrayAttribFormat(array, a, sizes[a], GL_FLOAT, GL_FALSE, offsets[a]);
+        glVertexArrayAttribBinding(array, a, 0);
+    }
+    free(corners);
+    picture->report->work.upload_bytes += bytes;
+    if (!resident_add(&pass->meshes, mesh->serial, device, bytes))
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a mesh's buffers");
+    return gl_check("uploading a mesh", err);
+no_memory:
+    free(corners);
+    if (device)
+        destroy_mesh(device);
+    return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a mesh of %u triangles",
+                       mesh->triangle_count);
+}
+
+enum status surface_pass_upload(struct surface_pass *pass, struct picture *picture,
+                                struct error *err) {
+    resident_begin_picture(&pass->meshes);
+    for (size_t i = 0; i < picture->object_count; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!surface_wanted(object->object) || resident_find(&pass->meshes, object->mesh->serial))
+            continue;
+        enum status status = upload_mesh(pass, object->mesh, picture, err);
+        if (status != STATUS_OK)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+enum status surface_pass_draw(struct surface_pass *pass, struct picture *picture,
+                              struct error *err) {
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_BLEND);
+    glDisable(GL_CULL_FACE);
+    enum status status = STATUS_OK;
+    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!surface_wanted(object->object))
+            continue;
+        const struct device_mesh *device = resident_find(&pass->meshes, object->mesh->serial);
+        const double *color = scene_color(object->object);
+        glBindVertexArray(device->vertex_array);
+        struct frame frame;
+        frame_clear(&frame);
+        frame_set_view(&frame, picture, &object->mesh_view, object);
+        for (uint32_t b = 0; b < device->batch_count && status == STATUS_OK; b++) {
+            const struct batch *batch = &device->batches[b];
+            if (batch->count == 0)
+                continue;
+            bool textured = !color && batch->texture;
+            GLuint program;
+            status = gl_programs_get(picture->programs, GL_PROGRAM_SURFACE,
+                                     FLAG_LIT | (textured ? FLAG_TEXTURED : 0u), &program,
+                                     &picture->cold, err);
+            if (status != STATUS_OK)
+                break;
+            for (int c = 0; c < 3; c++)
+                frame.v[FRAME_CONSTANT][c] = color ? (float)color[c] : batch->color[c];
+            frame_bind(&frame, &pass->frame_buffer);
+            if (textured)
+                glBindTextureUnit(BINDING_BASE_COLOR, batch->texture);
+            glUseProgram(program);
+            glDrawArrays(GL_TRIANGLES, (GLint)batch->first, (GLsizei)batch->count);
+            picture->report->work.draws++;
+            picture->report->work.triangles += batch->count / 3;
+        }
+    }
+    if (status == STATUS_OK)
+        status = gl_check("drawing surfaces", err);
+    return status;
+}

@@ -1,0 +1,372 @@
+/* The tetra path: semi-transparent and solid voxels in a shell of tetrahedra.
+ * After Dufort, Leblanc & Poulin 2005, sections 3 to 4.3; shaders/tetra.frag integrates.
+ *
+ * Media are drawn back to front in the order that SXMPVO gives, all shells together; solids in any
+ * order under the depth test, since the first surface is what counts. (The paper sorts back to front
+ * and names the blend factors of front to back, (1 - alpha_dst, 1); with those below, back to front,
+ * colour is multiplied by what the nearer segment lets through, and optical depths are summed.)
+ *
+ * Left out here: filtering, shadow, and walking through neighbours instead of sorting. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/gl/context.h"
+#include "renderer/path/frame.h"
+#include "renderer/path/path.h"
+#include "renderer/path/resident.h"
+#include "renderer/shell/sort.h"
+
+enum { DEVICE_BYTES_MAX = 512 << 20, OBJECT_NONE = -1 };
+
+struct corner {
+    float x, y; /* in [-1, 1] on the sample grid */
+    uint32_t cell;
+};
+
+/* Consecutive triangles that belong to one object. */
+struct run {
+    uint32_t object;
+    uint32_t first, count; /* indices */
+};
+
+/* Outlines of tetrahedra, cut into triangles. */
+struct outlines {
+    struct corner *corners;
+    uint32_t *indices;
+    struct run *runs;
+    size_t corner_count, corner_capacity, index_count, index_capacity, run_count, run_capacity;
+};
+
+struct device_shell {
+    GLuint buffer, texture;
+};
+
+struct tetra {
+    struct resident_cache shells;
+    GLuint vertex_array, vertices, elements, frame_buffer;
+    GLint texels_max;
+    struct outlines media, solids;
+};
+
+static void destroy_shell(void *data) {
+    struct device_shell *device = data;
+    glDeleteTextures(1, &device->texture);
+    glDeleteBuffers(1, &device->buffer);
+    free(device);
+}
+
+static void outlines_finish(struct outlines *outlines) {
+    free(outlines->corners);
+    free(outlines->indices);
+    free(outlines->runs);
+    *outlines = (struct outlines){0};
+}
+
+static void tetra_destroy(void *state) {
+    struct tetra *tetra = state;
+    if (!tetra)
+        return;
+    resident_clear(&tetra->shells);
+    glDeleteVertexArrays(1, &tetra->vertex_array);
+    glDeleteBuffers(1, &tetra->vertices);
+    glDeleteBuffers(1, &tetra->elements);
+    glDeleteBuffers(1, &tetra->frame_buffer);
+    outlines_finish(&tetra->media);
+    outlines_finish(&tetra->solids);
+    free(tetra);
+}
+
+static enum status tetra_create(void **state, struct error *err) {
+    struct tetra *tetra = calloc(1, sizeof *tetra);
+    if (!tetra)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the tetra path");
+    tetra->shells.bytes_max = DEVICE_BYTES_MAX;
+    tetra->shells.destroy = destroy_shell;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &tetra->texels_max);
+    glCreateBuffers(1, &tetra->vertices);
+    glCreateBuffers(1, &tetra->elements);
+    glCreateVertexArrays(1, &tetra->vertex_array);
+    GLuint array = tetra->vertex_array;
+    glVertexArrayVertexBuffer(array, 0, tetra->vertices, 0, sizeof(struct corner));
+    glVertexArrayElementBuffer(array, tetra->elements);
+    glEnableVertexArrayAttrib(array, 0);
+    glVertexArrayAttribFormat(array, 0, 2, GL_FLOAT, GL_FALSE, offsetof(struct corner, x));
+    glVertexArrayAttribBinding(array, 0, 0);
+    glEnableVertexArrayAttrib(array, 1);
+    glVertexArrayAttribIFormat(array, 1, 1, GL_UNSIGNED_INT, offsetof(struct corner, cell));
+    glVertexArrayAttribBinding(array, 1, 0);
+    *state = tetra;
+    return gl_check("creating the tetra path", err);
+}
+
+/* Room for `more` further elements of `size` bytes; doubles. */
+static bool grow(void **list, size_t count, size_t more, size_t *capacity, size_t size) {
+    if (count + more <= *capacity)
+        return true;
+    size_t wanted = *capacity ? *capacity * 2 : 4096;
+    while (wanted < count + more)
+        wanted *= 2;
+    void *grown = realloc(*list, wanted * size);
+    if (!grown)
+        return false;
+    *list = grown;
+    *capacity = wanted;
+    return true;
+}
+
+/* Appends a tetrahedron's outline as a fan; false where memory ran out. */
+static bool append_outline(struct outlines *out, const struct path_object *object, uint32_t index,
+                           uint32_t tetra) {
+    if (isnan(object->shell->cell[tetra][1][0]))
+        return true; /* flat: holds nothing */
+    double outline[OUTLINE_MAX][2];
+    int corners = project_outline(object->shell, &object->projection, tetra, outline);
+    if (corners == 0)
+        return true;
+    void *list = out->corners;
+    if (!grow(&list, out->corner_count, (size_t)corners, &out->corner_capacity,
+              sizeof *out->corners))
+        return false;
+    out->corners = list;
+    list = out->indices;
+    if (!grow(&list, out->index_count, 3 * (size_t)corners, &out->index_capacity,
+              sizeof *out->indices))
+        return false;
+    out->indices = list;
+    if (out->run_count == 0 || out->runs[out->run_count - 1].object != index) {
+        list = out->runs;
+        if (!grow(&list, out->run_count, 1, &out->run_capacity, sizeof *out->runs))
+            return false;
+        out->runs = list;
+        out->runs[out->run_count++] = (struct run){index, (uint32_t)out->index_count, 0};
+    }
+    const struct view *view = &object->projection.view;
+    uint32_t base = (uint32_t)out->corner_count;
+    for (int i = 0; i < corners; i++)
+        out->corners[out->corner_count++] =
+            (struct corner){(float)(outline[i][0] * 2 / view->width - 1),
+                            (float)(outline[i][1] * 2 / view->height - 1), tetra};
+    for (int i = 1; i + 1 < corners; i++) {
+        out->indices[out->index_count++] = base;
+        out->indices[out->index_count++] = base + (uint32_t)i;
+        out->indices[out->index_count++] = base + (uint32_t)i + 1;
+    }
+    out->runs[out->run_count - 1].count = (uint32_t)out->index_count - out->runs[out->run_count - 1].first;
+    return true;
+}
+
+static enum status upload_shell(struct tetra *tetra, const struct shell *shell,
+                                struct picture *picture, struct error *err) {
+    if (resident_find(&tetra->shells, shell->serial))
+        return STATUS_OK;
+    uint64_t texels = (uint64_t)shell->tetra_count * SHELL_CELL_TEXELS;
+    if (texels > (uint64_t)tetra->texels_max)
+        return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
+                           "a shell of %u tetrahedra: this GL holds %u in one table",
+                           shell->tetra_count, (unsigned)tetra->texels_max / SHELL_CELL_TEXELS);
+    struct device_shell *device = calloc(1, sizeof *device);
+    if (!device)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's buffers");
+    size_t bytes = shell->tetra_count * sizeof *shell->cell;
+    glCreateBuffers(1, &device->buffer);
+    glNamedBufferStorage(device->buffer, (GLsizeiptr)bytes, shell->cell, 0);
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &device->texture);
+    glTextureBuffer(device->texture, GL_RGBA32F, device->buffer);
+    picture->report->work.upload_bytes += bytes;
+    if (!resident_add(&tetra->shells, shell->serial, device, bytes))
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's buffers");
+    return gl_check("uploading a shell", err);
+}
+
+static enum status sort_media(struct tetra *tetra, struct picture *picture, struct error *err) {
+    struct sort_shell shells[SORT_SHELLS_MAX];
+    uint32_t object_of[SORT_SHELLS_MAX], count = 0;
+    for (size_t i = 0; i < picture->object_count; i++) {
+        struct path_object *object = &picture->objects[i];
+        if (!object->shell || !volume_has_medium(object->volume))
+            continue;
+        if (count == SORT_SHELLS_MAX)
+            return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
+                               "at most %d semi-transparent shells can be sorted together",
+                               SORT_SHELLS_MAX);
+        object_of[count] = (uint32_t)i;
+        shells[count++] = (struct sort_shell){object->shell, &object->projection};
+    }
+    if (count == 0)
+        return STATUS_OK;
+    struct sort_result sorted;
+    enum status status = sort_tetrahedra(shells, count, &sorted, err);
+    if (status != STATUS_OK)
+        return status;
+    struct report_work *work = &picture->report->work;
+    work->sort_nodes += sorted.count;
+    work->sort_edges += sorted.edges;
+    work->cycles += sorted.cycles;
+    if (sorted.cycles)
+        report_warn(picture->report, "cycles", "/objects", sorted.cycles, sorted.cycle_first,
+                    "groups of tetrahedra hide one another in a circle (%llu in all); they are "
+                    "drawn by the depth of their centres",
+                    (unsigned long long)sorted.cycle_tetra);
+    for (uint64_t i = 0; i < sorted.count; i++) {
+        uint32_t index = object_of[sorted.order[i] >> 32];
+        if (!append_outline(&tetra->media, &picture->objects[index], index,
+                            (uint32_t)sorted.order[i])) {
+            status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for outlines");
+            break;
+        }
+    }
+    free(sorted.order);
+    return status;
+}
+
+static enum status tetra_prepare(void *state, struct picture *picture, struct error *err) {
+    struct tetra *tetra = state;
+    resident_begin_picture(&tetra->shells);
+    struct outlines *both[2] = {&tetra->media, &tetra->solids};
+    for (int i = 0; i < 2; i++)
+        both[i]->corner_count = both[i]->index_count = both[i]->run_count = 0;
+
+    stage_clock_next(picture->clock, REPORT_STAGE_sort, true);
+    enum status status = sort_media(tetra, picture, err);
+    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!object->shell || !volume_has_solid(object->volume))
+            continue;
+        for (uint32_t t = 0; t < object->shell->tetra_count; t++)
+            if (!append_outline(&tetra->solids, object, (uint32_t)i, t)) {
+                status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for outlines");
+                break;
+            }
+    }
+    if (status == STATUS_OK &&
+        (tetra->media.corner_count > UINT32_MAX / 2 || tetra->solids.corner_count > UINT32_MAX / 2))
+        status = error_fault(err, STATUS_TOO_COMPLEX, "/objects", "too many outlines for one draw");
+
+    stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
+    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!object->shell ||
+            !(volume_has_medium(object->volume) || volume_has_solid(object->volume)))
+            continue;
+        status = upload_shell(tetra, object->shell, picture, err);
+        double steps = frame_steps_needed(object);
+        if (!object->volume->homogeneous && steps > PATH_STEPS_MAX)
+            report_warn(picture->report, "steps-capped", object->pointer, 1, 0,
+                        "a ray along the longest edge would take %.3g steps; segments of more "
+                        "than %d take longer ones than `samples` asks for",
+                        steps, PATH_STEPS_MAX);
+    }
+    return status;
+}
+
+/* The variant for one object in one of the two draws. */
+static uint32_t variant_of(const struct path_object *object, const struct picture *picture,
+                           bool solid) {
+    const struct volume *volume = object->volume;
+    uint32_t flags = object->projection.behind ? FLAG_EYE_INSIDE : 0;
+    if (solid)
+        flags |= FLAG_SOLID;
+    else
+        flags |= (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) |
+                 (picture->occluded ? FLAG_OCCLUDED : 0);
+    if (volume->lit && !volume->homogeneous)
+        flags |= FLAG_LIT | (volume->specular > 0 && picture->lights.count ? FLAG_SPECULAR : 0);
+    return flags;
+}
+
+static void bind_textures(const struct baked *baked, bool solid) {
+    if (solid) {
+        glBindTextureUnit(BINDING_SOLID, baked->solid);
+        glBindTextureUnit(BINDING_SOLID_GRADIENT, baked->solid_gradient);
+    } else {
+        glBindTextureUnit(BINDING_MEDIUM, baked->medium);
+        glBindTextureUnit(BINDING_MEDIUM_GRADIENT, baked->medium_gradient);
+    }
+}
+
+static enum status draw_outlines(struct tetra *tetra, struct picture *picture,
+                                 const struct outlines *outlines, bool solid, struct error *err) {
+    if (outlines->index_count == 0)
+        return STATUS_OK;
+    size_t vertex_bytes = outlines->corner_count * sizeof *outlines->corners;
+    size_t index_bytes = outlines->index_count * sizeof *outlines->indices;
+    glNamedBufferData(tetra->vertices, (GLsizeiptr)vertex_bytes, outlines->corners,
+                      GL_STREAM_DRAW);
+    glNamedBufferData(tetra->elements, (GLsizeiptr)index_bytes, outlines->indices, GL_STREAM_DRAW);
+    picture->report->work.upload_bytes += vertex_bytes + index_bytes;
+    glBindVertexArray(tetra->vertex_array);
+    glDisable(GL_CULL_FACE);
+    enum status status = STATUS_OK;
+    uint32_t bound = UINT32_MAX;
+    for (size_t r = 0; r < outlines->run_count && status == STATUS_OK; r++) {
+        const struct run *run = &outlines->runs[r];
+        const struct path_object *object = &picture->objects[run->object];
+        if (run->object != bound) {
+            GLuint program;
+            status = gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
+                                     variant_of(object, picture, solid), &program, &picture->cold,
+                                     err);
+            if (status != STATUS_OK)
+                break;
+            struct frame frame;
+            frame_clear(&frame);
+            frame_set_view(&frame, picture, &object->projection.view, object);
+            frame_set_shell(&frame, object);
+            frame_bind(&frame, &tetra->frame_buffer);
+            glUseProgram(program);
+            const struct device_shell *device =
+                resident_find(&tetra->shells, object->shell->serial);
+            glBindTextureUnit(BINDING_CELLS, device->texture);
+            bind_textures(object->baked, solid);
+            bound = run->object;
+        }
+        glDrawElements(GL_TRIANGLES, (GLsizei)run->count, GL_UNSIGNED_INT,
+                       (const char *)NULL + run->first * sizeof *outlines->indices);
+        picture->report->work.draws++;
+    }
+    if (status == STATUS_OK)
+        status = gl_check(solid ? "drawing solids" : "drawing media", err);
+    return status;
+}
+
+static enum status tetra_draw_solid(void *state, struct picture *picture, struct error *err) {
+    struct tetra *tetra = state;
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_BLEND);
+    return draw_outlines(tetra, picture, &tetra->solids, true, err);
+}
+
+static enum status tetra_draw_media(void *state, struct picture *picture, struct error *err) {
+    struct tetra *tetra = state;
+    struct gl_target *target = picture->target;
+    glDisable(GL_DEPTH_TEST);
+    glDepthMask(GL_FALSE);
+    if (picture->occluded) {
+        /* Sampled here, so it must not be attached. */
+        glNamedFramebufferTexture(target->framebuffer, GL_DEPTH_ATTACHMENT, 0, 0);
+        glBindTextureUnit(BINDING_OCCLUDER, target->depth);
+    }
+    glEnable(GL_BLEND);
+    glBlendEquation(GL_FUNC_ADD);
+    glBlendFuncSeparate(GL_ONE, GL_SRC1_ALPHA, GL_ONE, GL_ONE);
+    enum status status = draw_outlines(tetra, picture, &tetra->media, false, err);
+    glDisable(GL_BLEND);
+    if (picture->occluded) {
+        glBindTextureUnit(BINDING_OCCLUDER, 0);
+        glNamedFramebufferTexture(target->framebuffer, GL_DEPTH_ATTACHMENT, target->depth, 0);
+    }
+    return status;
+}
+
+const struct path path_tetra = {
+    .name = "tetra",
+    .id = SCENE_PATH_TETRA,
+    .create = tetra_create,
+    .destroy = tetra_destroy,
+    .prepare = tetra_prepare,
+    .draw_solid = tetra_draw_solid,
+    .draw_media = tetra_draw_media,
+};

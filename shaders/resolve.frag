@@ -1,0 +1,20 @@
+/* The box mean of a pixel's k x k samples, in linear premultiplied RGBA, over the background.
+ * A sample holds radiance and optical depth; alpha = 1 - exp(-depth). */
+#include "common_math.glsl"
+
+layout(binding = BINDING_SAMPLES) uniform sampler2D samples;
+layout(location = 0) uniform int k;
+layout(location = 1) uniform vec4 background; /* premultiplied */
+layout(location = 0) out vec4 picture;
+
+void main() {
+    ivec2 corner = ivec2(gl_FragCoord.xy) * k;
+    vec4 sum = vec4(0.0);
+    int i = 0;
+    do {
+        vec4 s = texelFetch(samples, corner + ivec2(i % k, i / k), 0);
+        float alpha = one_minus_exp(s.a);
+        sum += vec4(s.rgb, alpha) + background * exp(-s.a);
+    } while (++i < min(k * k, 64));
+    picture = sum / float(k * k);
+}

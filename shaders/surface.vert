@@ -1,0 +1,20 @@
+/* Opaque triangles: the base of a shell, plain meshes. No near plane: z is 0, inside the clip volume
+ * wherever w > 0, and the depth is written by the fragment. */
+#include "common_frame.glsl"
+
+layout(location = 0) in vec3 position; /* relative to the mesh's centre */
+layout(location = 1) in vec3 normal_in;
+layout(location = 2) in vec2 uv_in;
+
+out vec3 normal;
+out vec2 uv;
+out float h; /* depth + 1: affine over the triangle */
+
+void main() {
+    vec4 p = vec4(position, 1.0);
+    h = dot(frame[FRAME_H_ROW], p);
+    float w = frame[FRAME_MATERIAL].w != 0.0 ? 1.0 : h;
+    gl_Position = vec4(dot(frame[FRAME_X_ROW], p), dot(frame[FRAME_Y_ROW], p), 0.0, w);
+    normal = normal_in;
+    uv = uv_in;
+}
