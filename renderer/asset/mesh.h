@@ -34,15 +34,16 @@ struct mesh {
     uint64_t serial; /* from 1, unique among all meshes that one cache ever made */
     uint32_t vertex_count;
     double (*position)[3]; /* object space, Z up */
-    double (*normal)[3];   /* unit, angle-weighted over all triangles at the vertex unless the asset
-                              gave normals: then their normalised mean. Never zero. */
+    double (*normal)[3];   /* unit; angle-weighted mean of the normals that the asset gives at this
+                              vertex, or of its triangles' normals where it gives none. Never zero */
     uint32_t triangle_count;
-    uint32_t (*vertex)[3];          /* welded vertex of each corner; never two alike */
-    float (*corner_normal)[3][3];   /* unit shading normals */
-    double (*corner_uv)[3][2];      /* before `tiles` is applied */
-    uint32_t (*neighbour)[3];       /* triangle across each edge, MESH_NONE at a border or a
-                                       non-manifold edge */
-    uint16_t *surface;              /* index into surfaces for each triangle */
+    uint32_t (*vertex)[3];        /* welded vertex of each corner; never two alike */
+    float (*corner_normal)[3][3]; /* unit shading normals */
+    double (*corner_uv)[3][2]; /* before `tiles` is applied; an asset's are as in its file: (0, 0)
+                                  is the top left corner of its images */
+    uint32_t (*neighbour)[3];  /* triangle across each edge, MESH_NONE at a border or a
+                                  non-manifold edge */
+    uint16_t *surface;         /* index into surfaces for each triangle */
     uint32_t surface_count, image_count;
     struct mesh_surface *surfaces;
     struct mesh_image *images;
@@ -56,6 +57,7 @@ struct mesh {
         uint64_t open_edges;                       /* borders: not a fault, told in `work` */
         bool normals_made, uvs_made;
         uint64_t normals_made_count, uvs_made_count; /* vertices concerned */
+        uint64_t normals_made_first, uvs_made_first; /* the first such vertex */
     } diagnosis;
 
     size_t bytes; /* of memory, for the cache */
@@ -66,14 +68,13 @@ struct mesh_cache; /* keyed by shape parameters or by the asset's SHA-256; count
 struct mesh_cache *mesh_cache_create(size_t bytes_max);
 void mesh_cache_destroy(struct mesh_cache *cache);
 
-/* The mesh that `spec` describes, made or taken from the cache. `pointer` is that of the mesh in the
- * scene. The caller gives it back with mesh_release(). Loads the tinygltf module for an asset, and
- * the OpenImageIO module only if the asset carries textures and `want_textures`. STATUS_BAD_ASSET,
- * STATUS_ASSET_NOT_FOUND, STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY. */
+/* The mesh that `spec` describes, made or taken from the cache. `pointer` is that of the mesh in
+ * the scene. The caller gives it back with mesh_release(). Loads the tinygltf module for an asset,
+ * and the OpenImageIO module only if the asset carries textures and `want_textures`.
+ * STATUS_BAD_ASSET, STATUS_ASSET_NOT_FOUND, STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY. */
 enum status mesh_acquire(struct mesh_cache *cache, const struct scene_mesh *spec,
-                         bool want_textures, const char *pointer,
-                         const struct asset_source *source, const struct mesh **mesh,
-                         struct error *err);
+                         bool want_textures, const char *pointer, const struct asset_source *source,
+                         const struct mesh **mesh, struct error *err);
 void mesh_release(struct mesh_cache *cache, const struct mesh *mesh);
 
 /* Adds the diagnosis to the report, one warning for each kind found. */

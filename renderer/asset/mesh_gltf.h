@@ -24,18 +24,23 @@ struct gltf_soup {
     struct gltf_surface {
         float base_color[4];
         int image; /* -1: none */
-    } *surfaces;
+    } * surfaces;
     uint32_t image_count;
     struct gltf_image {
         unsigned char *data; /* encoded: PNG or JPEG bytes */
         size_t bytes;
-    } *images;
+    } * images;
 };
 
+enum gltf_outcome { GLTF_OK, GLTF_BAD, GLTF_TOO_COMPLEX, GLTF_OUT_OF_MEMORY };
+
+/* A table, so that the module needs one symbol (`pelt_mesh_module`). */
 struct gltf_module {
-    /* 0 on success, else a message. .glb, or .gltf with embedded (data URI) buffers. */
-    int (*load)(const unsigned char *data, size_t bytes, uint64_t triangles_max,
-                struct gltf_soup *soup, char *message, size_t message_bytes);
+    /* GLTF_OK, or another outcome and a message of at most message_bytes; then *soup is zeroed.
+     * .glb, or .gltf with embedded (data URI) buffers. GLTF_TOO_COMPLEX: more than triangles_max.
+     */
+    enum gltf_outcome (*load)(const unsigned char *data, size_t bytes, uint64_t triangles_max,
+                              struct gltf_soup *soup, char *message, size_t message_bytes);
     void (*free)(struct gltf_soup *soup);
     const char *(*version)(void);
 };

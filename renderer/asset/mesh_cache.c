@@ -1,0 +1,196 @@
+/* Meshes that are made once: a cache with reference counts, least recently used out first.
+ *
+ * The key is what decides the mesh and nothing else: a built-in shape's own parameters, or the
+ * SHA-256 of an asset's bytes, never its name. A mesh in use is never evicted, so bytes_max may be
+ * passed for as long as a scene needs it. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/asset/mesh_asset.h"
+#include "renderer/asset/mesh_build.h"
+
+enum { ENTRIES_MAX = 256 }; /* keeps the linear search short where meshes are small */
+
+struct key { /* compared as bytes: zeroed before it is filled */
+    int64_t kind;
+    double size[2], radius, tube, height;
+    int64_t seed, divisions[2];
+    unsigned char sha256[32];
+};
+
+struct entry {
+    struct entry *next;
+    struct key key;
+    bool textures; /* images were decoded */
+    bool has_images;
+    uint64_t used; /* the cache's clock at the last use */
+    struct mesh *mesh;
+};
+
+struct mesh_cache {
+    size_t bytes, bytes_max;
+    size_t entries;
+    uint64_t clock;
+    struct entry *first;
+};
+
+struct mesh_cache *mesh_cache_create(size_t bytes_max) {
+    struct mesh_cache *cache = calloc(1, sizeof *cache);
+    if (cache)
+        cache->bytes_max = bytes_max;
+    return cache;
+}
+
+static void entry_remove(struct mesh_cache *cache, struct entry **link) {
+    struct entry *entry = *link;
+    *link = entry->next;
+    cache->bytes -= entry->mesh->bytes;
+    cache->entries--;
+    mesh_destroy(entry->mesh);
+    free(entry);
+}
+
+void mesh_cache_destroy(struct mesh_cache *cache) {
+    if (!cache)
+        return;
+    while (cache->first)
+        entry_remove(cache, &cache->first);
+    free(cache);
+}
+
+static void evict(struct mesh_cache *cache) {
+    while (cache->bytes > cache->bytes_max || cache->entries > ENTRIES_MAX) {
+        struct entry **oldest = NULL;
+        for (struct entry **link = &cache->first; *link; link = &(*link)->next)
+            if ((*link)->mesh->references == 0 && (!oldest || (*link)->used < (*oldest)->used))
+                oldest = link;
+        if (!oldest)
+            return;
+        entry_remove(cache, oldest);
+    }
+}
+
+static void key_of(const struct scene_mesh *spec, const unsigned char *sha256, struct key *key) {
+    memset(key, 0, sizeof *key);
+    key->kind = spec->kind;
+    if (spec->kind == SCENE_MESH_ASSET) {
+        memcpy(key->sha256, sha256, sizeof key->sha256);
+        return;
+    }
+    for (int k = 0; k < 2; k++)
+        key->divisions[k] = spec->divisions[k];
+    bool plane = spec->kind == SCENE_MESH_PLANE || spec->kind == SCENE_MESH_TERRAIN;
+    bool round = spec->kind == SCENE_MESH_SPHERE || spec->kind == SCENE_MESH_TORUS ||
+                 spec->kind == SCENE_MESH_CYLINDER;
+    for (int k = 0; plane && k < 2; k++)
+        key->size[k] = spec->size[k];
+    if (round)
+        key->radius = spec->radius;
+    if (spec->kind == SCENE_MESH_TORUS)
+        key->tube = spec->tube;
+    if (spec->kind == SCENE_MESH_CYLINDER || spec->kind == SCENE_MESH_TERRAIN)
+        key->height = spec->height;
+    if (spec->kind == SCENE_MESH_TERRAIN)
+        key->seed = spec->seed;
+}
+
+static struct entry *find(struct mesh_cache *cache, const struct key *key, bool want_textures) {
+    for (struct entry *entry = cache->first; entry; entry = entry->next)
+        if (memcmp(&entry->key, key, sizeof *key) == 0 &&
+            (!entry->has_images || entry->textures == want_textures))
+            return entry;
+    return NULL;
+}
+
+static enum status make_shape(const struct scene_mesh *spec, const char *pointer,
+                              struct mesh **mesh, struct error *err) {
+    struct mesh_soup soup;
+    enum status status = mesh_shape_make(spec, pointer, &soup, err);
+    if (status == STATUS_OK)
+        status = mesh_build(&soup, pointer, mesh, err);
+    mesh_soup_finish(&soup);
+    return status;
+}
+
+enum status mesh_acquire(struct mesh_cache *cache, const struct scene_mesh *spec,
+                         bool want_textures, const char *pointer, const struct asset_source *source,
+                         const struct mesh **mesh, struct error *err) {
+    *mesh = NULL;
+    char at[256];
+    snprintf(at, sizeof at, "%s/asset", pointer);
+    struct asset_bytes bytes = {0};
+    bool asset = spec->kind == SCENE_MESH_ASSET;
+    enum status status = STATUS_OK;
+    if (asset) {
+        status = source->open(source->user, spec->asset, at, &bytes, err);
+        if (status != STATUS_OK)
+            return status;
+    }
+    struct key key;
+    key_of(spec, bytes.sha256, &key);
+    struct entry *entry = find(cache, &key, want_textures);
+    if (!entry) {
+        entry = calloc(1, sizeof *entry);
+        if (!entry)
+            status = error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for a mesh");
+        else if (asset)
+            status = mesh_asset_load(bytes.data, bytes.size, want_textures, at, &entry->mesh,
+                                     &entry->has_images, err);
+        else
+            status = make_shape(spec, pointer, &entry->mesh, err);
+        if (status == STATUS_OK) {
+            entry->key = key;
+            entry->textures = want_textures;
+            entry->next = cache->first;
+            cache->first = entry;
+            cache->entries++;
+            cache->bytes += entry->mesh->bytes;
+        } else {
+            free(entry);
+        }
+    }
+    if (asset)
+        source->close(source->user, &bytes);
+    if (status != STATUS_OK)
+        return status;
+    entry->used = ++cache->clock;
+    entry->mesh->references++;
+    *mesh = entry->mesh;
+    evict(cache);
+    return STATUS_OK;
+}
+
+void mesh_release(struct mesh_cache *cache, const struct mesh *mesh) {
+    for (struct entry *entry = cache->first; mesh && entry; entry = entry->next)
+        if (entry->mesh == mesh) {
+            entry->mesh->references--;
+            evict(cache);
+            return;
+        }
+}
+
+void mesh_warn(const struct mesh *mesh, const char *pointer, struct report *report) {
+    const struct mesh_diagnosis *found = &mesh->diagnosis;
+    if (found->zero_area)
+        report_warn(report, "zero-area-triangles", pointer, found->zero_area,
+                    found->zero_area_first,
+                    "triangles without an area were left out; the first is number %llu of the "
+                    "mesh as given",
+                    (unsigned long long)found->zero_area_first);
+    if (found->non_manifold)
+        report_warn(report, "non-manifold-edges", pointer, found->non_manifold,
+                    found->non_manifold_first,
+                    "edges have more than two triangles, or two that face "
+                    "opposite ways: the shell is open there; the first belongs to triangle %llu",
+                    (unsigned long long)found->non_manifold_first);
+    if (found->normals_made)
+        report_warn(report, "normals-made", pointer, found->normals_made_count,
+                    found->normals_made_first,
+                    "vertices came without a normal and were given the "
+                    "angle-weighted mean of their triangles'");
+    if (found->uvs_made)
+        report_warn(report, "uvs-made", pointer, found->uvs_made_count, found->uvs_made_first,
+                    "vertices belong to triangles without texture coordinates, which were given a "
+                    "box projection");
+}
