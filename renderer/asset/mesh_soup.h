@@ -49,7 +49,8 @@ enum status mesh_teapot_make(const struct scene_mesh *spec, struct mesh_soup *so
                              const char *pointer, struct error *err);
 
 /* Height over (x, y), both in units of the shorter side, and its slopes. In [0, 1]. `cells` is the
- * number of grid cells along that shorter side: octaves finer than two cells are left out. */
+ * number of grid cells along that shorter side: octaves with fewer than four cells a period are
+ * left out. */
 double mesh_terrain_height(double x, double y, int cells, uint32_t seed, double slope[2]);
 
 #endif

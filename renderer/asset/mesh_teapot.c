@@ -52,17 +52,22 @@ static void bernstein(int i, int n, double w[4], double d[4]) {
     d[3] = 3 * (t * t);
 }
 
-static double blend(const double w[4], double p0, double p1, double p2, double p3) {
+/* The weights sum to 1 but for rounding: where all points are one (a pole), it is met exactly. */
+static double blend(const double w[4], double sum, double p0, double p1, double p2, double p3) {
+    if (p0 == p1 && p0 == p2 && p0 == p3)
+        return sum * p0;
     return (w[0] * p0 + w[3] * p3) + (w[1] * p1 + w[2] * p2);
 }
 
-static void evaluate(double point[16][3], const double row[4], const double column[4],
-                     double result[3]) {
+/* `row` and `column` hold weights, which sum to 1, or derivatives of weights, which sum to 0. */
+static void evaluate(double point[16][3], const double row[4], double row_sum,
+                     const double column[4], double column_sum, double result[3]) {
     for (int k = 0; k < 3; k++) {
         double q[4];
         for (int c = 0; c < 4; c++)
-            q[c] = blend(row, point[c][k], point[4 + c][k], point[8 + c][k], point[12 + c][k]);
-        result[k] = blend(column, q[0], q[1], q[2], q[3]);
+            q[c] = blend(row, row_sum, point[c][k], point[4 + c][k], point[8 + c][k],
+                         point[12 + c][k]);
+        result[k] = blend(column, column_sum, q[0], q[1], q[2], q[3]);
     }
 }
 
@@ -71,9 +76,9 @@ static void surface_point(double point[16][3], int r, int rows, int c, int colum
     double wr[4], dr[4], wc[4], dc[4], along[3], around[3];
     bernstein(r, rows, wr, dr);
     bernstein(c, columns, wc, dc);
-    evaluate(point, wr, wc, p);
-    evaluate(point, dr, wc, along);
-    evaluate(point, wr, dc, around);
+    evaluate(point, wr, 1, wc, 1, p);
+    evaluate(point, dr, 0, wc, 1, along);
+    evaluate(point, wr, 1, dc, 0, around);
     double n[3] = {around[1] * along[2] - around[2] * along[1],
                    around[2] * along[0] - around[0] * along[2],
                    around[0] * along[1] - around[1] * along[0]};

@@ -1,7 +1,7 @@
 /* Terrain: fractal heights, the same for the same seed on every machine.
  *
  * Source: gradient noise after Perlin, "Improving Noise" (2002), with its quintic fade, summed over
- * octaves (fractional Brownian motion; gain 1/2, lacunarity 2). Slopes are exact derivatives of the
+ * octaves (fractional Brownian motion, lacunarity 2). Slopes are exact derivatives of the
  * same polynomial, so that the normals belong to the surface and not to its triangles.
  *
  * Octaves that the grid cannot carry are left out rather than aliased: a finer grid adds detail and
@@ -12,7 +12,8 @@
 
 enum { OCTAVES_MAX = 9, HILLS = 3 }; /* hills along the shorter side, in the first octave */
 
-static const double SPREAD = 3; /* sums rarely pass 0.6: heights of 0.06 to 0.94 */
+static const double GAIN = 0.42; /* below 1/2: each octave is less steep than the one before */
+static const double SPREAD = 3;  /* sums rarely pass 0.6: heights of 0.06 to 0.94 */
 
 /* One of 2^32 gradients on the unit circle would need a cosine for each lattice point; 16
  * directions are enough to hide the lattice, and exact. */
@@ -60,8 +61,8 @@ static double noise(double x, double y, uint32_t seed, double slope[2]) {
 double mesh_terrain_height(double x, double y, int cells, uint32_t seed, double slope[2]) {
     double sum = 0, amplitude = 1, frequency = HILLS;
     slope[0] = slope[1] = 0;
-    for (int octave = 0; octave < OCTAVES_MAX; octave++, amplitude /= 2, frequency *= 2) {
-        if (octave > 0 && frequency * 2 > cells)
+    for (int octave = 0; octave < OCTAVES_MAX; octave++, amplitude *= GAIN, frequency *= 2) {
+        if (octave > 0 && frequency * 4 > cells)
             break;
         double d[2];
         sum += amplitude *
