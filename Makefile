@@ -1,20 +1,24 @@
-# Pelt: `make help` lists the targets.
+# Pelt: `make help` lists the targets. V=1 shows the commands, ASAN=1 builds with sanitizers (give it
+# a BUILD of its own), WERROR=1 makes warnings errors.
 VERSION := 0.1.0
 PREFIX  ?= /usr/local
 LIBDIR  ?= $(PREFIX)/lib
+DESTDIR ?=
 BUILD   ?= build
+PYTHON  ?= /usr/bin/python3
 ifeq ($(origin CC),default)
 CC := gcc
 endif
 ifeq ($(origin CXX),default)
 CXX := g++
 endif
-PYTHON  ?= /usr/bin/python3
+Q := $(if $(V),,@)
 
 COMMIT := $(shell git rev-parse --short=12 HEAD 2>/dev/null || echo unknown)
 
 OPT      ?= -O2 -g
-WARN     := -Wall -Wextra -Wshadow -Wpointer-arith -Wcast-qual -Wwrite-strings -Wvla -Wundef -Wformat=2
+WARN     := -Wall -Wextra -Wshadow -Wpointer-arith -Wcast-qual -Wwrite-strings -Wvla -Wundef \
+            -Wformat=2 $(if $(WERROR),-Werror)
 WARN_C   := $(WARN) -Wstrict-prototypes -Wmissing-prototypes -Wold-style-definition
 SAN      :=
 ifdef ASAN
@@ -22,7 +26,7 @@ SAN := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-fr
 OPT := -O1 -g
 endif
 CPPFLAGS := -I. -I$(BUILD)/gen -I$(BUILD)/gen/glad/include -D_GNU_SOURCE \
-            -DPELT_VERSION='"$(VERSION)"' -DPELT_LIBDIR='"$(LIBDIR)/pelt"'
+            -DPELT_VERSION='"$(VERSION)"'
 CFLAGS   := -std=c11 $(OPT) $(WARN_C) $(SAN) -fvisibility=hidden -ffp-contract=off -pthread
 CXXFLAGS := -std=c++17 $(OPT) $(WARN) $(SAN) -fvisibility=hidden -pthread -fPIC
 LDFLAGS  := $(SAN) -pthread
@@ -35,39 +39,59 @@ SERVICE_SRC  := $(filter-out service/main.c,$(wildcard service/*.c))
 LIB_SRC      := $(API_SRC) $(RENDERER_SRC) $(SERVICE_SRC)
 LIB_OBJ      := $(LIB_SRC:%.c=$(BUILD)/obj/%.o) $(BUILD)/obj/gen/glad.o $(BUILD)/obj/gen/embedded.o
 GLAD_H       := $(BUILD)/gen/glad/include/glad/gl.h
-SHADERS      := $(wildcard shaders/*)
+SHADERS      := $(filter-out %.md,$(wildcard shaders/*))
 EMBEDDED     := $(SHADERS) $(wildcard api/*.json api/*.yaml service/www/*)
 
 # A module is a shim around one heavy library, opened when first needed: renderer/asset/module.h.
 MODULES   := $(patsubst %.cc,$(BUILD)/lib/pelt/%.so,$(notdir $(wildcard renderer/asset/*.cc))) \
              $(BUILD)/lib/pelt/http_curl.so
-TEST_SRC  := $(wildcard tests/unit/test_*.c tests/property/test_*.c tests/golden/test_*.c tests/service/test_*.c)
+TEST_SRC  := $(wildcard tests/unit/test_*.c tests/property/test_*.c tests/golden/test_*.c \
+                        tests/service/test_*.c)
 TEST_BIN  := $(TEST_SRC:tests/%.c=$(BUILD)/tests/%)
+BENCH_BIN := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
 
-.PHONY: all help deps demo test check asan bench install uninstall clean
+.PHONY: all tests help deps demo test check asan bench fuzz install uninstall clean FORCE
 all: $(BUILD)/pelt $(MODULES) ## build build/pelt and its modules
 
+tests: all $(TEST_BIN) ## build the tests
+
 $(BUILD)/pelt: $(BUILD)/obj/service/main.o $(BUILD)/libpelt.a
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+	@echo "LD   $@"
+	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 
 $(BUILD)/libpelt.a: $(LIB_OBJ)
 	@rm -f $@
-	ar rcs $@ $^
+	@echo "AR   $@"
+	$(Q)ar rcs $@ $^
 
 $(BUILD)/obj/%.o: %.c | $(GLAD_H)
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
+	@echo "CC   $<"
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
 
-# The commit goes into one object only, so that a commit does not rebuild the tree.
+# What may change without a file changing goes into one object each, which is made again when it does:
+# the commit that reports name, and the folder in which an installed program looks for its modules.
 $(BUILD)/obj/api/report_write.o: CPPFLAGS += -DPELT_COMMIT='"$(COMMIT)"'
+$(BUILD)/obj/api/report_write.o: $(BUILD)/gen/commit.txt
+$(BUILD)/obj/renderer/asset/module.o: CPPFLAGS += -DPELT_LIBDIR='"$(LIBDIR)/pelt"'
+$(BUILD)/obj/renderer/asset/module.o: $(BUILD)/gen/libdir.txt
+$(BUILD)/gen/commit.txt: FORCE
+	@mkdir -p $(@D)
+	@echo '$(COMMIT)' | cmp -s - $@ || echo '$(COMMIT)' >$@
+$(BUILD)/gen/libdir.txt: FORCE
+	@mkdir -p $(@D)
+	@echo '$(LIBDIR)' | cmp -s - $@ || echo '$(LIBDIR)' >$@
 
 $(GLAD_H) $(BUILD)/gen/glad/src/gl.c &:
 	@mkdir -p $(BUILD)/gen/glad
-	$(PYTHON) -m glad --quiet --reproducible --api gl:core=4.5 --extensions "" --out-path $(BUILD)/gen/glad c
+	@echo "GLAD $(GLAD_H)"
+	$(Q)$(PYTHON) -m glad --quiet --reproducible --api gl:core=4.5 --extensions "" \
+	    --out-path $(BUILD)/gen/glad c
 
 $(BUILD)/obj/gen/glad.o: $(BUILD)/gen/glad/src/gl.c
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) -std=c11 $(OPT) -c -o $@ $<
+	@echo "CC   $<"
+	$(Q)$(CC) $(CPPFLAGS) -std=c11 $(OPT) -c -o $@ $<
 
 # Text that the program carries within itself (shaders, schema, pages): embedded.h.
 $(BUILD)/gen/embedded.c: $(EMBEDDED) Makefile
@@ -83,29 +107,65 @@ $(BUILD)/gen/embedded.c: $(EMBEDDED) Makefile
 
 $(BUILD)/obj/gen/embedded.o: $(BUILD)/gen/embedded.c
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) -std=gnu11 $(OPT) -c -o $@ $<
+	@echo "CC   $<"
+	$(Q)$(CC) $(CPPFLAGS) -std=gnu11 $(OPT) -c -o $@ $<
 
-$(BUILD)/lib/pelt/mesh_gltf.so: renderer/asset/mesh_gltf.cc renderer/asset/mesh_gltf.h
+$(BUILD)/lib/pelt/%.so: renderer/asset/%.cc renderer/asset/%.h
 	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(CXXFLAGS) -shared -o $@ $<
-
-$(BUILD)/lib/pelt/image_oiio.so: renderer/asset/image_oiio.cc renderer/asset/image_oiio.h
-	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(CXXFLAGS) -shared -o $@ $< -lOpenImageIO -lOpenImageIO_Util
+	@echo "CXX  $<"
+	$(Q)$(CXX) $(CPPFLAGS) $(CXXFLAGS) -shared -o $@ $< $(MODULE_LIBS)
+$(BUILD)/lib/pelt/image_oiio.so: MODULE_LIBS := -lOpenImageIO -lOpenImageIO_Util
 
 $(BUILD)/lib/pelt/http_curl.so: service/module/http_curl.c service/module/http_curl.h
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(CFLAGS) -fPIC -shared -o $@ $< -lcurl
+	@echo "CC   $<"
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -fPIC -shared -o $@ $< -lcurl
 
 $(BUILD)/tests/%: tests/%.c $(BUILD)/libpelt.a | $(GLAD_H)
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -o $@ $< $(BUILD)/libpelt.a $(LDFLAGS) -lcmocka $(LIBS)
+	@echo "CC   $<"
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -o $@ $< $(BUILD)/libpelt.a $(LDFLAGS) -lcmocka $(LIBS)
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
 
-test: all $(TEST_BIN) ## run every fast test
-	tests/run $(BUILD)
+deps: ## install what is missing of deploy/dependencies/debian.txt
+	@deploy/dependencies/install.sh build run demo test check
+
+demo: ## draw the demo scene through a daemon: leaves demo.png
+	@deploy/dependencies/install.sh build run demo
+	@$(MAKE) --no-print-directory -j$$(nproc) all
+	@deploy/demo.sh $(BUILD)
+
+test: tests ## run every fast test
+	@tests/run $(BUILD)
+
+check: all ## formatting, warnings, static analysis, shaders, floors, examples, documents
+	@tests/check/run $(BUILD)
+
+asan: ## the unit tests, and some of the daemon's, under the address and UB sanitizers
+	@$(MAKE) --no-print-directory ASAN=1 BUILD=$(BUILD)/asan tests
+	@tests/asan $(BUILD)/asan
+
+bench: all $(BENCH_BIN) ## measure what Pelt promises; prints tables
+	@$(PYTHON) tests/bench/bench.py $(BUILD)
+
+fuzz: ## feed the reader and the shims with mutations for a minute each
+	@tests/fuzz/run $(BUILD)
+
+DOCS := README.md CHANGELOG.md LICENSE
+
+install: all ## install under $(DESTDIR)$(PREFIX)
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(LIBDIR)/pelt $(DESTDIR)$(PREFIX)/share/doc/pelt/examples
+	install -m 755 $(BUILD)/pelt $(DESTDIR)$(PREFIX)/bin/pelt
+	install -m 644 $(MODULES) $(DESTDIR)$(LIBDIR)/pelt/
+	install -m 644 $(DOCS) $(DESTDIR)$(PREFIX)/share/doc/pelt/
+	install -m 644 $(wildcard api/openapi.yaml api/*.schema.json) $(DESTDIR)$(PREFIX)/share/doc/pelt/
+	install -m 644 $(filter-out %.md,$(wildcard api/examples/*.*)) $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/
+
+uninstall: ## remove what install put there
+	rm -f $(DESTDIR)$(PREFIX)/bin/pelt
+	rm -rf $(DESTDIR)$(LIBDIR)/pelt $(DESTDIR)$(PREFIX)/share/doc/pelt
 
 clean: ## remove what was built
 	rm -rf $(BUILD)

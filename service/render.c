@@ -132,7 +132,7 @@ static int parse_options(int argc, char **argv, struct options *options) {
 static int check_options(int scene_count, struct options *options) {
     if (scene_count == 0)
         return cli_usage("render", "which scene?");
-    if (!options->output == !options->out_dir)
+    if ((options->output != NULL) == (options->out_dir != NULL))
         return cli_usage("render", "where to? one of -o and --out-dir");
     if (scene_count > 1 && (options->output || options->report))
         return cli_usage("render", "-o and --report are for a single scene");
@@ -174,8 +174,8 @@ static int compare_text(const void *a, const void *b) {
 /* The output of each scene; two scenes for one output are refused before anything is drawn. */
 static int plan_outputs(char **scenes, int count, const struct options *options, char **outputs) {
     for (int i = 0; i < count; i++) {
-        outputs[i] = options->out_dir ? output_in(options->out_dir, scenes[i], options->format)
-                                      : strdup(options->output);
+        outputs[i] = options->output ? strdup(options->output)
+                                     : output_in(options->out_dir, scenes[i], options->format);
         if (!outputs[i])
             return status_exit_code(STATUS_OUT_OF_MEMORY);
     }
