@@ -49,11 +49,12 @@ TEST_SRC  := $(wildcard tests/unit/test_*.c tests/property/test_*.c tests/golden
                         tests/service/test_*.c)
 TEST_BIN  := $(TEST_SRC:tests/%.c=$(BUILD)/tests/%)
 BENCH_BIN := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
+TOOL_BIN  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 
 .PHONY: all tests help deps demo test check asan bench fuzz install uninstall clean FORCE
 all: $(BUILD)/pelt $(MODULES) ## build build/pelt and its modules
 
-tests: all $(TEST_BIN) ## build the tests
+tests: all $(TEST_BIN) $(TOOL_BIN) ## build the tests
 
 $(BUILD)/pelt: $(BUILD)/obj/service/main.o $(BUILD)/libpelt.a
 	@echo "LD   $@"
@@ -125,6 +126,12 @@ $(BUILD)/tests/%: tests/%.c $(BUILD)/libpelt.a | $(GLAD_H)
 	@mkdir -p $(@D)
 	@echo "CC   $<"
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -o $@ $< $(BUILD)/libpelt.a $(LDFLAGS) -lcmocka $(LIBS)
+
+# Small programs that tests and checks run; no cmocka.
+$(BUILD)/tests/tools/%: tests/tools/%.c $(BUILD)/libpelt.a
+	@mkdir -p $(@D)
+	@echo "CC   $<"
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -o $@ $< $(BUILD)/libpelt.a $(LDFLAGS) $(LIBS)
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14

@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 struct embedded {
-    const char *name;         /* path in the source tree, e.g. "shaders/tetra.frag" */
+    const char *name;        /* path in the source tree, e.g. "shaders/tetra.frag" */
     const char *begin, *end; /* text, with a 0 byte at *end */
 };
 

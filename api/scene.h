@@ -17,9 +17,20 @@
 #include "api/status.h"
 
 enum {
-    SCENE_BYTES_MAX = 1 << 20,  /* one scene's JSON text */
-    SCENE_DEPTH_MAX = 32,       /* nesting of its JSON */
-    SCENE_IMAGE_SIDE_MAX = 8192 /* width and height */
+    SCENE_BYTES_MAX = 1 << 20,   /* one scene's JSON text */
+    SCENE_DEPTH_MAX = 32,        /* nesting of its JSON */
+    SCENE_IMAGE_SIDE_MAX = 8192, /* width and height */
+
+    /* What is drawn for an image of samples = k * k: its sides times k, and their product. */
+    SCENE_DRAWN_SIDE_MAX = 16384,
+    SCENE_DRAWN_PIXELS_MAX = 64 * 1024 * 1024,
+
+    SCENE_LIGHTS_MAX = 8,
+    SCENE_OBJECTS_MAX = 256,
+    SCENE_JOINTS_MAX = 65536, /* and segments */
+    SCENE_VOXELS_UV_MAX = 512,
+    SCENE_VOXELS_W_MAX = 64,
+    SCENE_TRIANGLES_MAX = 4000000 /* of all built-in shapes of one scene together */
 };
 
 struct scene_image {
@@ -54,13 +65,13 @@ enum scene_mesh_kind {
 
 struct scene_mesh {
     enum scene_mesh_kind kind;
-    const char *asset;  /* SCENE_MESH_ASSET: a name; else NULL */
-    double size[2];     /* plane, terrain */
-    double radius;      /* sphere, torus, cylinder */
-    double tube;        /* torus */
-    double height;      /* cylinder, terrain */
-    uint32_t seed;      /* terrain */
-    int divisions[2];   /* built-in shapes */
+    const char *asset; /* SCENE_MESH_ASSET: a name; else NULL */
+    double size[2];    /* plane, terrain */
+    double radius;     /* sphere, torus, cylinder */
+    double tube;       /* torus */
+    double height;     /* cylinder, terrain */
+    uint32_t seed;     /* terrain */
+    int divisions[2];  /* built-in shapes */
 };
 
 enum scene_material_kind {
@@ -88,13 +99,13 @@ enum scene_builtin {
 struct scene_material {
     enum scene_material_kind kind;
     enum scene_builtin builtin;
-    int size[3];              /* voxels along u, v, w; at most 512 x 512 x 64; a height material
-                                 whose size is not given has 0 here: its image decides */
+    int size[3]; /* voxels along u, v, w; at most 512 x 512 x 64; a height material
+                    whose size is not given has 0 here: its image decides */
     uint32_t seed;
-    double extinction;        /* homogeneous: per object unit of length */
-    bool has_color;           /* `color` as [r, g, b] was given (else it holds the default) */
-    double color[3];          /* homogeneous: radiance; other built-ins: their tint */
-    const char *volume;       /* asset names; NULL where not given */
+    double extinction;  /* homogeneous: per object unit of length */
+    bool has_color;     /* `color` as [r, g, b] was given (else it holds the default) */
+    double color[3];    /* homogeneous: radiance; other built-ins: their tint */
+    const char *volume; /* asset names; NULL where not given */
     const char *height;
     const char *color_image;
     struct scene_mesh geometry;
@@ -103,7 +114,7 @@ struct scene_material {
 };
 
 struct scene_base {
-    bool has_color;  /* false: the asset's own base colour and textures, or white */
+    bool has_color; /* false: the asset's own base colour and textures, or white */
     double color[3];
 };
 
@@ -205,10 +216,10 @@ struct scene {
 
 /* Reads and validates one scene.
  *
- * `json`, `bytes`: the text, not necessarily terminated. On STATUS_OK `*scene` is complete and owned
- * by `arena`; otherwise `err` holds one fault for each thing found wrong (not only the first), each
- * with its JSON Pointer, and `*scene` is zeroed. STATUS_BAD_JSON, STATUS_SCENE_TOO_LARGE,
- * STATUS_INVALID_SCENE, STATUS_OUT_OF_MEMORY. Thread: any. */
+ * `json`, `bytes`: the text, not necessarily terminated. On STATUS_OK `*scene` is complete and
+ * owned by `arena`; otherwise `err` holds one fault for each thing found wrong (not only the
+ * first), each with its JSON Pointer, and `*scene` is zeroed. STATUS_BAD_JSON,
+ * STATUS_SCENE_TOO_LARGE, STATUS_INVALID_SCENE, STATUS_OUT_OF_MEMORY. Thread: any. */
 enum status scene_read(const char *json, size_t bytes, struct arena *arena, struct scene *scene,
                        struct error *err);
 
@@ -216,8 +227,8 @@ enum status scene_read(const char *json, size_t bytes, struct arena *arena, stru
  * this version cannot draw. STATUS_OK if nothing. */
 enum status scene_check_implemented(const struct scene *scene, struct error *err);
 
-/* The scene as JSON with every member written out; reading it back gives an equal scene, to the last
- * bit of every number. Returns malloc'ed text (caller frees), NULL where memory ran out. */
+/* The scene as JSON with every member written out; reading it back gives an equal scene, to the
+ * last bit of every number. Returns malloc'ed text (caller frees), NULL where memory ran out. */
 char *scene_write(const struct scene *scene);
 
 /* Visits the name of every asset that the scene refers to, with its pointer, each use once. */

@@ -1,0 +1,52 @@
+/* Filling a report: names of stages, warnings, passes. Texts that do not fit are cut; whatever
+ * there are too many of is counted or dropped, never written past the end. */
+#include "api/report.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+const char *report_stage_name(enum report_stage stage) {
+    static const char *const names[REPORT_STAGE_COUNT] = {
+#define NAME(name) #name,
+        REPORT_STAGES(NAME)
+#undef NAME
+    };
+    assert(stage < REPORT_STAGE_COUNT);
+    return names[stage];
+}
+
+void report_warn(struct report *report, const char *code, const char *pointer, uint64_t count,
+                 uint64_t first, const char *format, ...) {
+    if (report->warning_count == REPORT_WARNINGS_MAX) {
+        report->warnings_left_out++;
+        return;
+    }
+    struct report_warning *warning = &report->warnings[report->warning_count++];
+    snprintf(warning->code, sizeof warning->code, "%s", code);
+    snprintf(warning->pointer, sizeof warning->pointer, "%s", pointer ? pointer : "");
+    warning->count = count;
+    warning->first = first;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(warning->message, sizeof warning->message, format, args);
+    va_end(args);
+}
+
+static void append(struct report_pass passes[REPORT_PASSES_MAX], size_t *count, const char *name,
+                   const char *why) {
+    assert(*count < REPORT_PASSES_MAX);
+    if (*count == REPORT_PASSES_MAX)
+        return;
+    struct report_pass *pass = &passes[(*count)++];
+    snprintf(pass->name, sizeof pass->name, "%s", name);
+    snprintf(pass->why, sizeof pass->why, "%s", why ? why : "");
+}
+
+void report_pass(struct report *report, const char *name, const char *why) {
+    append(report->passes, &report->pass_count, name, why);
+}
+
+void report_left_out(struct report *report, const char *name, const char *why) {
+    append(report->left_out, &report->left_out_count, name, why);
+}

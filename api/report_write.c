@@ -1,0 +1,128 @@
+/* A report as JSON, after report.schema.json. */
+#include <stdlib.h>
+
+#include "api/json_out.h"
+#include "api/report.h"
+
+static void write_text(struct json_out *out, const char *name, const char *text) {
+    json_out_key(out, name);
+    json_out_string(out, text);
+}
+
+static void write_timing(struct json_out *out, const struct report *report) {
+    json_out_key(out, "timing_ms");
+    json_out_open(out, '{');
+    json_out_key(out, "total");
+    json_out_number(out, report->total_ms);
+    for (int i = 0; i < REPORT_STAGE_COUNT; i++) {
+        json_out_key(out, report_stage_name((enum report_stage)i));
+        json_out_number(out, report->stage_ms[i]);
+    }
+    json_out_close(out, '}');
+}
+
+static void write_build(struct json_out *out) {
+    json_out_key(out, "build");
+    json_out_open(out, '{');
+    write_text(out, "version", PELT_VERSION);
+    write_text(out, "commit", PELT_COMMIT);
+    json_out_close(out, '}');
+}
+
+static void write_renderer(struct json_out *out, const struct report *report) {
+    json_out_key(out, "renderer");
+    json_out_open(out, '{');
+    write_text(out, "backend", report->backend);
+    write_text(out, "device", report->device);
+    write_text(out, "gl_renderer", report->gl_renderer);
+    write_text(out, "gl_version", report->gl_version);
+    json_out_key(out, "threads");
+    json_out_integer(out, report->threads);
+    write_text(out, "cpu", report->cpu);
+    json_out_key(out, "loaded");
+    json_out_open(out, '[');
+    for (size_t i = 0; i < report->loaded_count; i++)
+        json_out_string(out, report->loaded[i]);
+    json_out_close(out, ']');
+    json_out_close(out, '}');
+}
+
+static void write_passes(struct json_out *out, const char *name, const struct report_pass *passes,
+                         size_t count) {
+    json_out_key(out, name);
+    json_out_open(out, '[');
+    for (size_t i = 0; i < count; i++) {
+        json_out_open(out, '{');
+        write_text(out, "pass", passes[i].name);
+        write_text(out, "why", passes[i].why);
+        json_out_close(out, '}');
+    }
+    json_out_close(out, ']');
+}
+
+static void write_work(struct json_out *out, const struct report_work *work) {
+    const struct {
+        const char *name;
+        uint64_t count;
+    } rows[] = {
+        {"triangles", work->triangles},   {"prisms", work->prisms},
+        {"tetrahedra", work->tetrahedra}, {"segments", work->segments},
+        {"fragments", work->fragments},   {"samples", work->samples},
+        {"draws", work->draws},           {"upload_bytes", work->upload_bytes},
+        {"cycles", work->cycles},         {"sort_nodes", work->sort_nodes},
+        {"sort_edges", work->sort_edges},
+    };
+    json_out_key(out, "work");
+    json_out_open(out, '{');
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        json_out_key(out, rows[i].name);
+        json_out_unsigned(out, rows[i].count);
+    }
+    json_out_close(out, '}');
+}
+
+static void write_warnings(struct json_out *out, const struct report *report) {
+    json_out_key(out, "warnings");
+    json_out_open(out, '[');
+    for (size_t i = 0; i < report->warning_count; i++) {
+        const struct report_warning *warning = &report->warnings[i];
+        json_out_open(out, '{');
+        write_text(out, "code", warning->code);
+        write_text(out, "pointer", warning->pointer);
+        write_text(out, "message", warning->message);
+        json_out_key(out, "count");
+        json_out_unsigned(out, warning->count);
+        json_out_key(out, "first");
+        json_out_unsigned(out, warning->first);
+        json_out_close(out, '}');
+    }
+    json_out_close(out, ']');
+    json_out_key(out, "warnings_left_out");
+    json_out_unsigned(out, report->warnings_left_out);
+}
+
+char *report_write(const struct report *report) {
+    char *scene = scene_write(&report->resolved);
+    if (!scene)
+        return NULL;
+    struct json_out out = {0};
+    json_out_open(&out, '{');
+    write_timing(&out, report);
+    write_text(&out, "clock", report->clock == REPORT_CLOCK_QUERY ? "query" : "fence");
+    json_out_key(&out, "cold");
+    json_out_boolean(&out, report->cold);
+    write_build(&out);
+    write_renderer(&out, report);
+    json_out_key(&out, "plan");
+    json_out_open(&out, '{');
+    write_passes(&out, "passes", report->passes, report->pass_count);
+    write_passes(&out, "left_out", report->left_out, report->left_out_count);
+    json_out_close(&out, '}');
+    write_work(&out, &report->work);
+    write_warnings(&out, report);
+    json_out_key(&out, "resolved");
+    json_out_raw(&out, scene);
+    json_out_close(&out, '}');
+    free(scene);
+    return json_out_finish(&out);
+}

@@ -1,0 +1,131 @@
+/* What a valid scene may ask for and this version does not draw: one row each, so that whoever
+ * draws it deletes the row. */
+#include <stdio.h>
+
+#include "api/json_path.h"
+#include "api/scene.h"
+
+/* What a row looks at; objects are visited one by one. */
+struct look {
+    const struct scene *scene;
+    const struct scene_object *object; /* NULL: the row is about the scene */
+    const struct scene_light *light;
+};
+
+static bool shadow(const struct look *look) {
+    return look->light->shadow;
+}
+
+static bool skeleton(const struct look *look) {
+    return look->object->kind == SCENE_OBJECT_SKELETON;
+}
+
+static bool other_path(const struct look *look) {
+    return look->object->path != SCENE_PATH_AUTO && look->object->path != SCENE_PATH_TETRA;
+}
+
+static bool order_walk(const struct look *look) {
+    return look->object->quality.order == SCENE_ORDER_WALK;
+}
+
+static bool other_traversal(const struct look *look) {
+    return look->object->quality.traversal != SCENE_TRAVERSAL_FIXED;
+}
+
+static bool material_is(const struct look *look, enum scene_material_kind kind) {
+    return look->object->kind == SCENE_OBJECT_SHELL && look->object->shell.material.kind == kind;
+}
+
+static bool other_builtin(const struct look *look) {
+    if (!material_is(look, SCENE_MATERIAL_BUILTIN))
+        return false;
+    switch (look->object->shell.material.builtin) {
+    case SCENE_BUILTIN_HOMOGENEOUS:
+    case SCENE_BUILTIN_FUR:
+    case SCENE_BUILTIN_CLOUDS:
+    case SCENE_BUILTIN_CHAIN:
+        return false;
+    default:
+        return true;
+    }
+}
+
+static bool volume(const struct look *look) {
+    return material_is(look, SCENE_MATERIAL_VOLUME);
+}
+
+static bool geometry(const struct look *look) {
+    return material_is(look, SCENE_MATERIAL_GEOMETRY);
+}
+
+static bool max_error(const struct look *look) {
+    return look->scene->target.has_max_error;
+}
+
+static bool deadline(const struct look *look) {
+    return look->scene->target.has_deadline_ms;
+}
+
+static bool measured_error(const struct look *look) {
+    return look->scene->error_mode != SCENE_ERROR_NONE;
+}
+
+enum about { SCENE, LIGHT, OBJECT };
+
+static const struct {
+    enum about about;
+    bool (*wanted)(const struct look *look);
+    const char *members[4]; /* from the scene, the light or the object */
+    const char *what;
+} rows[] = {
+    {LIGHT, shadow, {"shadow"}, "shadows"},
+    {OBJECT, skeleton, {"skeleton"}, "skeletons"},
+    {OBJECT, other_path, {"path"}, "paths other than `tetra`"},
+    {OBJECT, order_walk, {"quality", "order"}, "the order `walk`"},
+    {OBJECT, other_traversal, {"quality", "traversal"}, "traversals other than `fixed`"},
+    {OBJECT, other_builtin, {"shell", "material", "builtin"}, "this material"},
+    {OBJECT, volume, {"shell", "material", "volume"}, "volumes from assets"},
+    {OBJECT, geometry, {"shell", "material", "geometry"}, "materials of real geometry"},
+    {SCENE, max_error, {"target", "max_error"}, "a target"},
+    {SCENE, deadline, {"target", "deadline_ms"}, "a target"},
+    {SCENE, measured_error, {"report", "error"}, "the measurement of errors"},
+};
+
+static void judge(enum about about, const struct look *look, struct json_path *path,
+                  struct error *err) {
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].about != about || !rows[i].wanted(look))
+            continue;
+        size_t mark = path->length;
+        for (size_t k = 0; k < 4 && rows[i].members[k]; k++)
+            json_path_enter_name(path, rows[i].members[k]);
+        error_fault(err, STATUS_NOT_IMPLEMENTED, path->text, "this version does not draw %s",
+                    rows[i].what);
+        json_path_leave(path, mark);
+    }
+}
+
+enum status scene_check_implemented(const struct scene *scene, struct error *err) {
+    struct error found = {0};
+    struct json_path path = {0};
+    struct look look = {.scene = scene};
+    judge(SCENE, &look, &path, &found);
+    size_t outer = json_path_enter_name(&path, "lights");
+    for (size_t i = 0; i < scene->light_count; i++) {
+        size_t mark = json_path_enter_index(&path, i);
+        look.light = &scene->lights[i];
+        judge(LIGHT, &look, &path, &found);
+        json_path_leave(&path, mark);
+    }
+    json_path_leave(&path, outer);
+    json_path_enter_name(&path, "objects");
+    for (size_t i = 0; i < scene->object_count; i++) {
+        size_t mark = json_path_enter_index(&path, i);
+        look.object = &scene->objects[i];
+        judge(OBJECT, &look, &path, &found);
+        json_path_leave(&path, mark);
+    }
+    enum status status = found.status;
+    error_move(err, &found);
+    return status;
+}

@@ -1,0 +1,131 @@
+/* JSON to scene: limits, the scan, the tree, then node by node along the table of members.
+ *
+ * jansson makes the tree. What a tree cannot show is found before (json_scan.h). Nothing here knows
+ * a member's name; scene_members.def does. */
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/json_scan.h"
+#include "api/scene_reader.h"
+
+static bool scan_found(const struct reader *reader, const char *pointer) {
+    for (size_t i = 0; i < reader->scan_faults && i < reader->err->fault_count; i++) {
+        const char *found = reader->err->faults[i].pointer;
+        if (found && strcmp(found, pointer) == 0)
+            return true;
+    }
+    return false;
+}
+
+bool reader_scan_found_below(const struct reader *reader) {
+    for (size_t i = 0; i < reader->scan_faults && i < reader->err->fault_count; i++) {
+        const char *found = reader->err->faults[i].pointer;
+        if (found && strncmp(found, reader->path.text, reader->path.length) == 0 &&
+            (found[reader->path.length] == '/' || found[reader->path.length] == 0))
+            return true;
+    }
+    return reader->err->faults_left_out > 0;
+}
+
+void reader_fault(struct reader *reader, const char *format, ...) {
+    if (scan_found(reader, reader->path.text))
+        return;
+    char message[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(message, sizeof message, format, args);
+    va_end(args);
+    error_fault(reader->err, STATUS_INVALID_SCENE, reader->path.text, "%s", message);
+}
+
+void reader_refuse(struct reader *reader, enum refusal refusal, const char *format, ...) {
+    char particulars[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(particulars, sizeof particulars, format, args);
+    va_end(args);
+    refuse(reader->err, refusal, reader->path.text, "%s", particulars);
+}
+
+size_t reader_fault_count(const struct reader *reader) {
+    return reader->err->fault_count + reader->err->faults_left_out;
+}
+
+const char *reader_type_name(const json_t *json) {
+    switch (json_typeof(json)) {
+    case JSON_OBJECT:
+        return "an object";
+    case JSON_ARRAY:
+        return "an array";
+    case JSON_STRING:
+        return "a string";
+    case JSON_INTEGER:
+    case JSON_REAL:
+        return "a number";
+    case JSON_TRUE:
+    case JSON_FALSE:
+        return "a boolean";
+    default:
+        return "null";
+    }
+}
+
+/* The tree of a text that the scan has passed. Integers become doubles, as every number of the
+ * scene fits one; jansson's own would overflow at 2^63 without a pointer. */
+static json_t *load(const char *text, size_t bytes, bool duplicates, struct error *err) {
+    size_t flags = JSON_DECODE_ANY | JSON_DECODE_INT_AS_REAL;
+    if (!duplicates)
+        flags |= JSON_REJECT_DUPLICATES;
+    json_error_t why;
+    json_t *json = json_loadb(text, bytes, flags, &why);
+    if (json)
+        return json;
+    if (json_error_code(&why) == json_error_out_of_memory)
+        error_fault(err, STATUS_OUT_OF_MEMORY, "", "memory ran out");
+    else
+        refuse(err, REFUSAL_SYNTAX, "", "line %d, column %d: %s", why.line, why.column, why.text);
+    return NULL;
+}
+
+static enum status read_text(const char *text, size_t bytes, bool duplicates, struct arena *arena,
+                             struct scene *scene, struct error *err) {
+    json_t *json = load(text, bytes, duplicates, err);
+    if (!json)
+        return err->status;
+    struct reader reader = {.arena = arena, .err = err, .scan_faults = err->fault_count};
+    reader_node(&reader, SCENE_NODE_scene, json, scene);
+    json_decref(json);
+    if (reader.out_of_memory) {
+        error_clear(err);
+        return error_fault(err, STATUS_OUT_OF_MEMORY, "", "memory ran out");
+    }
+    return err->status;
+}
+
+enum status scene_read(const char *json, size_t bytes, struct arena *arena, struct scene *scene,
+                       struct error *err) {
+    *scene = (struct scene){0};
+    if (bytes > SCENE_BYTES_MAX)
+        return refuse(err, REFUSAL_TOO_LARGE, "", "%zu bytes, at most %d", bytes, SCENE_BYTES_MAX);
+    char *text = malloc(bytes + 1);
+    if (!text)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, "", "memory ran out");
+    memcpy(text, json, bytes);
+    text[bytes] = 0;
+
+    struct error found = {0};
+    bool duplicates = false;
+    enum status status = json_scan(text, bytes, SCENE_DEPTH_MAX, &duplicates, &found);
+    if (status == STATUS_OK)
+        status = read_text(text, bytes, duplicates, arena, scene, &found);
+    free(text);
+    if (status != STATUS_OK) {
+        *scene = (struct scene){0};
+        /* Faults of several kinds: the one that ended the reading names the whole. */
+        found.status = status;
+    }
+    error_move(err, &found);
+    return status;
+}

@@ -1,0 +1,47 @@
+/* Shared by the files that read one scene: scene_read.c (the whole), scene_read_node.c (objects, by
+ * the table), scene_read_value.c (what is in a member), scene_check.c (refusals beyond the schema).
+ */
+#ifndef PELT_API_SCENE_READER_H
+#define PELT_API_SCENE_READER_H
+
+#include <jansson.h>
+
+#include "api/json_path.h"
+#include "api/refusals.h"
+#include "api/scene_members.h"
+
+struct reader {
+    struct json_path path;
+    struct arena *arena;
+    struct error *err;
+    size_t scan_faults; /* found before the tree was made; the values there are mended ones */
+    bool out_of_memory;
+};
+
+/* A fault at the current place, unless the scan found one there: then the value is not the
+ * caller's. */
+void reader_fault(struct reader *reader, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* The particulars of a refusal, at the current place. */
+void reader_refuse(struct reader *reader, enum refusal refusal, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+size_t reader_fault_count(const struct reader *reader); /* stored or not */
+
+/* Whether the scan found something at or below the current place. */
+bool reader_scan_found_below(const struct reader *reader);
+
+/* Fills the struct of a node from a JSON object; `json` NULL: with its defaults. */
+void reader_node(struct reader *reader, enum scene_node node, const json_t *json, void *out);
+
+/* Fills one member's field; json NULL: with its default. */
+void reader_value(struct reader *reader, const struct member *member, const json_t *json,
+                  void *out);
+
+/* Judges a node that was read without a fault, and completes what its members leave to it. */
+void reader_check(struct reader *reader, enum scene_node node, void *out);
+
+const char *reader_type_name(const json_t *json); /* "a number", "an object", ... */
+
+#endif
