@@ -1,0 +1,92 @@
+#include "renderer/plan.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "renderer/path/surface.h"
+
+void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
+               struct plan *plan) {
+    *plan = (struct plan){.k = (int)lround(sqrt(scene->image.samples))};
+    for (size_t i = 0; i < count; i++) {
+        plan->surface |= surface_wanted(objects[i].object);
+        if (!objects[i].shell)
+            continue;
+        plan->path = path_find(objects[i].object->path);
+        plan->solid |= volume_has_solid(objects[i].volume);
+        plan->media |= volume_has_medium(objects[i].volume);
+    }
+}
+
+struct needs {
+    bool lit, specular, gradients, eye_inside, images, gltf, textures, shells, walls;
+};
+
+static struct needs find_needs(const struct scene *scene, const struct path_object *objects,
+                               size_t count) {
+    struct needs needs = {0};
+    for (size_t i = 0; i < count; i++) {
+        const struct scene_object *spec = objects[i].object;
+        const struct scene_mesh *mesh =
+            spec->kind == SCENE_OBJECT_SHELL ? &spec->shell.mesh : &spec->mesh.mesh;
+        needs.gltf |= mesh->kind == SCENE_MESH_ASSET;
+        needs.textures |= surface_wanted(spec) && objects[i].mesh->image_count > 0;
+        needs.lit |= surface_wanted(spec);
+        if (!objects[i].shell)
+            continue;
+        needs.shells = true;
+        const struct volume *volume = objects[i].volume;
+        needs.lit |= volume->lit && !volume->homogeneous;
+        needs.gradients |= volume->lit && !volume->homogeneous;
+        needs.specular |= volume->lit && volume->specular > 0 && scene->light_count > 0;
+        needs.eye_inside |= objects[i].projection.behind;
+        needs.images |= spec->shell.material.kind == SCENE_MATERIAL_HEIGHT;
+        needs.walls |= volume_has_medium(volume);
+    }
+    return needs;
+}
+
+/* One row: drawn for `why_in`, or left out for `why_out`. NULL: such a row is not worth a word. */
+static void tell(struct report *report, const char *name, bool in, const char *why_in,
+                 const char *why_out) {
+    if (in && why_in)
+        report_pass(report, name, why_in);
+    if (!in && why_out)
+        report_left_out(report, name, why_out);
+}
+
+void plan_report(const struct plan *plan, const struct scene *scene,
+                 const struct path_object *objects, size_t count, struct report *report) {
+    struct needs needs = find_needs(scene, objects, count);
+    const char *no_shell = "no object is a shell";
+    char why[160];
+
+    tell(report, "surface", plan->surface, "bases and plain meshes are opaque triangles",
+         "no shell has a base and no object is a plain mesh");
+    tell(report, "depth", plan->surface || plan->solid, NULL,
+         "nothing opaque: no depth buffer is made and no segment is clipped at one");
+    tell(report, "solid", plan->solid, "a material has a solid part",
+         needs.shells ? "no material has a solid part" : no_shell);
+    tell(report, "sort", plan->media, "semi-transparent tetrahedra are drawn back to front",
+         needs.shells ? "nothing is semi-transparent: the depth test decides" : no_shell);
+    tell(report, "media", plan->media, "a material has a medium",
+         needs.shells ? "no material has a medium" : no_shell);
+    snprintf(why, sizeof why, "the mean of %d x %d samples a pixel, alpha from optical depth",
+             plan->k, plan->k);
+    tell(report, "resolve", true, why, NULL);
+
+    tell(report, "supersampling", plan->k > 1, NULL, "image.samples is 1");
+    tell(report, "shadow", false, NULL,
+         scene->light_count ? "no light casts a shadow" : "there are no lights");
+    tell(report, "light", needs.lit, NULL, "every material is unlit and there is no base or mesh");
+    tell(report, "gradients", needs.gradients, NULL,
+         needs.shells ? "no lit voxels: no normals are baked, uploaded or fetched" : no_shell);
+    tell(report, "specular", needs.specular, NULL,
+         needs.lit ? "no material is glossy" : "nothing is lit");
+    tell(report, "eye-inside", needs.eye_inside, NULL,
+         needs.shells ? "every shell lies in front of the eye" : no_shell);
+    tell(report, "base-textures", needs.textures, NULL,
+         "no base or mesh takes its colour from an image");
+    tell(report, "OpenImageIO", needs.images || needs.textures, NULL, "the scene reads no image");
+    tell(report, "tinygltf", needs.gltf, NULL, "the scene reads no glTF asset");
+}

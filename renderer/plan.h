@@ -1,0 +1,27 @@
+/* The plan: which passes, branches, buffers and libraries a scene needs, and which are left out and
+ * why. The facade drives its passes by this record alone; nothing else decides. */
+#ifndef PELT_RENDERER_PLAN_H
+#define PELT_RENDERER_PLAN_H
+
+#include <stdbool.h>
+
+#include "api/report.h"
+#include "renderer/path/path.h"
+
+struct plan {
+    const struct path *path; /* for the shells; NULL where there are none */
+    bool surface;            /* opaque triangles: bases, plain meshes */
+    bool solid;              /* solid parts of materials */
+    bool media;              /* semi-transparent parts: sort and blend */
+    int k;                   /* samples along a pixel's side */
+};
+
+/* `objects` are ready but for textures. */
+void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
+               struct plan *plan);
+
+/* Tells the plan in words: passes and left_out of the report. */
+void plan_report(const struct plan *plan, const struct scene *scene,
+                 const struct path_object *objects, size_t count, struct report *report);
+
+#endif

@@ -1,0 +1,137 @@
+#include "renderer/prepare.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/camera.h"
+#include "renderer/path/surface.h"
+
+/* Steps across one thickness where the scene does not say: one for every two voxel layers samples a
+ * trilinear field at its own pace; solids are searched twice as finely, since a step that misses a
+ * thin wall loses it. */
+static int default_samples(const struct volume *volume) {
+    int layers = volume->size[2], steps = volume_has_solid(volume) ? layers : layers / 2;
+    return steps < 8 ? 8 : steps > 64 ? 64 : steps;
+}
+
+static enum status prepare_shell(struct caches *caches, const struct scene_shell *spec,
+                                 const struct asset_source *assets, struct path_object *object,
+                                 bool *made, struct report *report, struct error *err) {
+    char pointer[64];
+    snprintf(pointer, sizeof pointer, "%s/shell/mesh", object->pointer);
+    enum status status =
+        shell_acquire(caches->shells, object->mesh, spec->thickness, spec->tiles, pointer,
+                      &object->shell, err);
+    if (status != STATUS_OK)
+        return status;
+    shell_warn(object->shell, pointer, report);
+    snprintf(pointer, sizeof pointer, "%s/shell/material", object->pointer);
+    status =
+        volume_acquire(caches->volumes, &spec->material, pointer, assets, &object->volume, made, err);
+    if (status != STATUS_OK)
+        return status;
+    int asked = object->object->quality.samples;
+    object->samples = asked ? asked : default_samples(object->volume);
+    report->work.prisms += object->mesh->triangle_count;
+    report->work.tetrahedra += object->shell->tetra_count;
+    return STATUS_OK;
+}
+
+enum status prepare_objects(struct caches *caches, const struct scene *scene,
+                            const struct asset_source *assets, struct prepared *prepared,
+                            bool *made, struct report *report, struct error *err) {
+    memset(prepared, 0, sizeof *prepared);
+    for (int i = 0; i < 3; i++) {
+        prepared->bounds_min[i] = INFINITY;
+        prepared->bounds_max[i] = -INFINITY;
+    }
+    prepared->objects = calloc(scene->object_count + 1, sizeof *prepared->objects);
+    if (!prepared->objects)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, "/objects", "no memory for the objects");
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const struct scene_object *spec = &scene->objects[i];
+        struct path_object *object = &prepared->objects[prepared->object_count++];
+        object->object = spec;
+        snprintf(object->pointer, sizeof object->pointer, "/objects/%zu", i);
+        bool is_shell = spec->kind == SCENE_OBJECT_SHELL;
+        char pointer[64];
+        snprintf(pointer, sizeof pointer, "%s/%s/mesh", object->pointer,
+                 is_shell ? "shell" : "mesh");
+        if (spec->kind == SCENE_OBJECT_MESH)
+            snprintf(pointer, sizeof pointer, "%s/mesh", object->pointer);
+        bool own_color = is_shell ? spec->shell.base.has_color : spec->mesh.has_color;
+        enum status status =
+            mesh_acquire(caches->meshes, is_shell ? &spec->shell.mesh : &spec->mesh.mesh,
+                         surface_wanted(spec) && !own_color, pointer, assets, &object->mesh, err);
+        if (status == STATUS_OK) {
+            mesh_warn(object->mesh, pointer, report);
+            if (is_shell)
+                status =
+                    prepare_shell(caches, &spec->shell, assets, object, made, report, err);
+        }
+        if (status != STATUS_OK) {
+            prepared_finish(caches, prepared);
+            return status;
+        }
+        camera_add_bounds(spec->transform,
+                          is_shell ? object->shell->bounds_min : object->mesh->bounds_min,
+                          is_shell ? object->shell->bounds_max : object->mesh->bounds_max,
+                          prepared->bounds_min, prepared->bounds_max);
+    }
+    return STATUS_OK;
+}
+
+/* Whether the linear part of a column-major transform turns space inside out. */
+static bool mirrors(const double m[16]) {
+    double largest = 0;
+    for (int i = 0; i < 12; i++)
+        largest = fmax(largest, fabs(m[i]));
+    double a[12];
+    for (int i = 0; i < 12; i++)
+        a[i] = m[i] / largest;
+    return a[0] * (a[5] * a[10] - a[6] * a[9]) - a[4] * (a[1] * a[10] - a[2] * a[9]) +
+               a[8] * (a[1] * a[6] - a[2] * a[5]) <
+           0;
+}
+
+enum status prepare_views(struct prepared *prepared, struct scene *scene, struct view *world,
+                          struct error *err) {
+    if (!scene->camera.given)
+        camera_frame(&scene->image, prepared->bounds_min, prepared->bounds_max, &scene->camera);
+    int k = (int)lround(sqrt(scene->image.samples));
+    view_from_camera(&scene->camera, &scene->image, prepared->bounds_min, prepared->bounds_max, k,
+                     world);
+    for (size_t i = 0; i < prepared->object_count; i++) {
+        struct path_object *object = &prepared->objects[i];
+        const double *transform = object->object->transform;
+        double center[3];
+        for (int c = 0; c < 3; c++)
+            center[c] = object->mesh->bounds_min[c] +
+                        (object->mesh->bounds_max[c] - object->mesh->bounds_min[c]) / 2;
+        view_in_object(world, transform, center, &object->mesh_view);
+        view_normal_matrix(transform, object->normal_rows);
+        object->mirrored = mirrors(transform);
+        if (!object->shell)
+            continue;
+        struct view view;
+        view_in_object(world, transform, object->shell->center, &view);
+        enum status status = project_shell(object->shell, &view, &object->projection, err);
+        if (status != STATUS_OK)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+void prepared_finish(struct caches *caches, struct prepared *prepared) {
+    for (size_t i = 0; i < prepared->object_count; i++) {
+        struct path_object *object = &prepared->objects[i];
+        projection_finish(&object->projection);
+        volume_release(caches->volumes, object->volume);
+        shell_release(caches->shells, object->shell);
+        mesh_release(caches->meshes, object->mesh);
+    }
+    free(prepared->objects);
+    *prepared = (struct prepared){0};
+}

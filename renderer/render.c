@@ -1,0 +1,357 @@
+/* The facade: a scene goes through its stages in order, and every stage's time is told.
+ *
+ *   assets    meshes, shells, voxels          renderer/prepare.c
+ *   bake      gradients                       renderer/bake
+ *   upload    textures, buffers               bake, path
+ *   sort      visibility order, outlines      path
+ *   draw      surfaces, solids, media         path, in the order that plan.c decides
+ *   readback  resolve, pixels                 here */
+#include "renderer/render.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "renderer/asset/module.h"
+#include "renderer/gl/clock.h"
+#include "renderer/gl/context.h"
+#include "renderer/gl/target.h"
+#include "renderer/path/surface.h"
+#include "renderer/plan.h"
+#include "renderer/prepare.h"
+
+enum {
+    MESH_CACHE_BYTES = 256 << 20,
+    SHELL_CACHE_BYTES = 256 << 20,
+    VOLUME_CACHE_BYTES = 128 << 20,
+    TEXTURE_CACHE_BYTES = 256 << 20,
+    PATHS_MAX = 8
+};
+
+struct renderer {
+    struct gl_context *context;
+    struct gl_programs *programs;
+    struct caches caches;
+    struct bake_cache *textures;
+    struct surface_pass *surface;
+    void *path_state[PATHS_MAX];   /* made when a path is first used */
+    struct gl_target samples, picture;
+    GLuint empty_array; /* for the full-screen triangle, which needs no buffer */
+    char cpu[128];
+    int threads;
+};
+
+static void describe_cpu(struct renderer *renderer) {
+    snprintf(renderer->cpu, sizeof renderer->cpu, "unknown");
+    FILE *file = fopen("/proc/cpuinfo", "re");
+    char line[256];
+    while (file && fgets(line, sizeof line, file)) {
+        char *colon = strchr(line, ':');
+        if (strncmp(line, "model name", 10) != 0 || !colon)
+            continue;
+        line[strcspn(line, "\n")] = 0;
+        snprintf(renderer->cpu, sizeof renderer->cpu, "%.100s", colon + 2);
+        break;
+    }
+    if (file)
+        fclose(file);
+    /* llvmpipe's own switch; without it, one thread for each core. */
+    const char *threads = getenv("LP_NUM_THREADS");
+    renderer->threads = threads ? atoi(threads) : (int)sysconf(_SC_NPROCESSORS_ONLN);
+}
+
+enum status renderer_create(const struct renderer_options *options, struct renderer **out,
+                            struct error *err) {
+    *out = NULL;
+    struct renderer *renderer = calloc(1, sizeof *renderer);
+    if (!renderer)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the renderer");
+    static const enum gl_backend backends[] = {[RENDER_BACKEND_AUTO] = GL_BACKEND_AUTO,
+                                               [RENDER_BACKEND_EGL] = GL_BACKEND_EGL,
+                                               [RENDER_BACKEND_OSMESA] = GL_BACKEND_OSMESA};
+    struct gl_options gl = {backends[options->backend], options->device,
+                            options->require_hardware};
+    enum status status = gl_context_create(&gl, &renderer->context, err);
+    if (status != STATUS_OK)
+        goto fail;
+    renderer->programs = gl_programs_create();
+    renderer->caches.meshes = mesh_cache_create(MESH_CACHE_BYTES);
+    renderer->caches.shells = shell_cache_create(SHELL_CACHE_BYTES);
+    renderer->caches.volumes = volume_cache_create(VOLUME_CACHE_BYTES);
+    renderer->textures = bake_cache_create(TEXTURE_CACHE_BYTES);
+    renderer->surface = surface_pass_create();
+    if (!renderer->programs || !renderer->caches.meshes || !renderer->caches.shells ||
+        !renderer->caches.volumes || !renderer->textures || !renderer->surface) {
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the renderer's caches");
+        goto fail;
+    }
+    glCreateVertexArrays(1, &renderer->empty_array);
+    describe_cpu(renderer);
+    *out = renderer;
+    return STATUS_OK;
+fail:
+    renderer_destroy(renderer);
+    return status;
+}
+
+void renderer_destroy(struct renderer *renderer) {
+    if (!renderer)
+        return;
+    if (renderer->context) {
+        for (int i = 0; i < PATHS_MAX && path_table[i]; i++)
+            path_table[i]->destroy(renderer->path_state[i]);
+        surface_pass_destroy(renderer->surface);
+        bake_cache_destroy(renderer->textures);
+        gl_target_finish(&renderer->samples);
+        gl_target_finish(&renderer->picture);
+        glDeleteVertexArrays(1, &renderer->empty_array);
+        gl_programs_destroy(renderer->programs);
+    }
+    volume_cache_destroy(renderer->caches.volumes);
+    shell_cache_destroy(renderer->caches.shells);
+    mesh_cache_destroy(renderer->caches.meshes);
+    gl_context_destroy(renderer->context);
+    free(renderer);
+}
+
+static enum status path_state(struct renderer *renderer, const struct path *path, void **state,
+                              struct error *err) {
+    int i = 0;
+    while (path_table[i] != path)
+        i++;
+    enum status status = STATUS_OK;
+    if (!renderer->path_state[i])
+        status = path->create(&renderer->path_state[i], err);
+    *state = renderer->path_state[i];
+    return status;
+}
+
+/* A copy of the scene to fill choices into: what the report calls resolved. */
+static enum status copy_scene(const struct scene *scene, struct render_result *result,
+                              struct error *err) {
+    struct scene *copy = &result->report.resolved;
+    *copy = *scene;
+    copy->objects = arena_alloc(&result->arena, scene->object_count, sizeof *copy->objects);
+    if (!copy->objects)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the scene");
+    for (size_t i = 0; i < scene->object_count; i++) {
+        copy->objects[i] = scene->objects[i];
+        if (copy->objects[i].path == SCENE_PATH_AUTO && copy->objects[i].kind == SCENE_OBJECT_SHELL)
+            copy->objects[i].path = SCENE_PATH_TETRA;
+    }
+    return STATUS_OK;
+}
+
+/* What only geometry and materials could decide. */
+static void resolve_objects(struct scene *scene, const struct prepared *prepared) {
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const struct path_object *object = &prepared->objects[i];
+        if (!object->shell)
+            continue;
+        struct scene_object *spec = &scene->objects[i];
+        spec->quality.samples = object->samples;
+        spec->quality.order = SCENE_ORDER_SORTED;
+        if (!object->volume->homogeneous)
+            memcpy(spec->shell.material.size, object->volume->size,
+                   sizeof spec->shell.material.size);
+    }
+}
+
+static void report_renderer(const struct renderer *renderer, struct report *report) {
+    const struct gl_info *info = gl_context_info(renderer->context);
+    snprintf(report->backend, sizeof report->backend, "%s", info->backend);
+    snprintf(report->device, sizeof report->device, "%s", info->device);
+    snprintf(report->gl_renderer, sizeof report->gl_renderer, "%s", info->renderer);
+    snprintf(report->gl_version, sizeof report->gl_version, "%s", info->version);
+    snprintf(report->cpu, sizeof report->cpu, "%s", renderer->cpu);
+    report->threads = renderer->threads;
+    report->clock = info->clock;
+    const char *names[MODULE_COUNT];
+    report->loaded_count = module_loaded(names);
+    for (size_t i = 0; i < report->loaded_count && i < REPORT_LOADED_MAX; i++)
+        snprintf(report->loaded[i], sizeof report->loaded[i], "%s", names[i]);
+}
+
+static enum status draw(struct renderer *renderer, const struct plan *plan, void *state,
+                        struct picture *picture, struct error *err) {
+    glBindFramebuffer(GL_FRAMEBUFFER, renderer->samples.framebuffer);
+    glViewport(0, 0, renderer->samples.width, renderer->samples.height);
+    static const float nothing[4] = {0, 0, 0, 0}, far_away = 0;
+    glClearNamedFramebufferfv(renderer->samples.framebuffer, GL_COLOR, 0, nothing);
+    if (plan->surface || plan->solid) {
+        glDepthMask(GL_TRUE);
+        glClearNamedFramebufferfv(renderer->samples.framebuffer, GL_DEPTH, 0, &far_away);
+    }
+    enum status status = STATUS_OK;
+    if (plan->surface)
+        status = surface_pass_draw(renderer->surface, picture, err);
+    if (status == STATUS_OK && plan->solid)
+        status = plan->path->draw_solid(state, picture, err);
+    if (status == STATUS_OK && plan->media)
+        status = plan->path->draw_media(state, picture, err);
+    return status;
+}
+
+/* Box mean over the background, and the pixels. */
+static enum status read_picture(struct renderer *renderer, const struct scene *scene, int k,
+                                struct picture *picture, float *pixels, struct error *err) {
+    GLuint program;
+    enum status status = gl_programs_get(renderer->programs, GL_PROGRAM_RESOLVE, 0, &program,
+                                         &picture->cold, err);
+    if (status != STATUS_OK)
+        return status;
+    glBindFramebuffer(GL_FRAMEBUFFER, renderer->picture.framebuffer);
+    glViewport(0, 0, renderer->picture.width, renderer->picture.height);
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    glUseProgram(program);
+    const double *background = scene->image.background;
+    float premultiplied[4];
+    for (int i = 0; i < 4; i++)
+        premultiplied[i] = (float)(background[i] * (i < 3 ? background[3] : 1));
+    glProgramUniform1i(program, 0, k);
+    glProgramUniform4fv(program, 1, 1, premultiplied);
+    glBindTextureUnit(BINDING_SAMPLES, renderer->samples.color);
+    glBindVertexArray(renderer->empty_array);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    return gl_target_read(&renderer->picture, pixels, err);
+}
+
+/* Everything but drawing; shared by renderer_render and renderer_plan. */
+static enum status make_ready(struct renderer *renderer, const struct scene *scene,
+                              const struct asset_source *assets, struct render_result *result,
+                              struct prepared *prepared, struct view *world, struct plan *plan,
+                              struct error *err) {
+    memset(result, 0, sizeof *result);
+    result->width = scene->image.width;
+    result->height = scene->image.height;
+    enum status status = copy_scene(scene, result, err);
+    if (status != STATUS_OK)
+        return status;
+    struct report *report = &result->report;
+    status = prepare_objects(&renderer->caches, &report->resolved, assets, prepared, &report->cold,
+                             report, err);
+    if (status != STATUS_OK)
+        return status;
+    resolve_objects(&report->resolved, prepared);
+    status = prepare_views(prepared, &report->resolved, world, err);
+    if (status != STATUS_OK) {
+        prepared_finish(&renderer->caches, prepared);
+        return status;
+    }
+    plan_make(&report->resolved, prepared->objects, prepared->object_count, plan);
+    plan_report(plan, &report->resolved, prepared->objects, prepared->object_count, report);
+    return STATUS_OK;
+}
+
+enum status renderer_plan(struct renderer *renderer, const struct scene *scene,
+                          const struct asset_source *assets, struct render_result *result,
+                          struct error *err) {
+    struct prepared prepared = {0};
+    struct view world;
+    struct plan plan;
+    double started = clock_now_ms();
+    enum status status =
+        make_ready(renderer, scene, assets, result, &prepared, &world, &plan, err);
+    if (status != STATUS_OK) {
+        render_result_finish(result);
+        return status;
+    }
+    prepared_finish(&renderer->caches, &prepared);
+    report_renderer(renderer, &result->report);
+    result->report.total_ms = result->report.stage_ms[REPORT_STAGE_assets] =
+        clock_now_ms() - started;
+    return STATUS_OK;
+}
+
+enum status renderer_render(struct renderer *renderer, const struct scene *scene,
+                            const struct asset_source *assets, struct render_result *result,
+                            struct error *err) {
+    struct prepared prepared = {0};
+    struct view world;
+    struct plan plan;
+    double started = clock_now_ms();
+    double stage_ms[REPORT_STAGE_COUNT] = {0};
+    struct stage_clock clock;
+    stage_clock_start(&clock, stage_ms, REPORT_STAGE_assets);
+    enum status status =
+        make_ready(renderer, scene, assets, result, &prepared, &world, &plan, err);
+    if (status != STATUS_OK) {
+        render_result_finish(result);
+        return status;
+    }
+    struct report *report = &result->report;
+    struct picture picture = {
+        .programs = renderer->programs,
+        .target = &renderer->samples,
+        .world = world,
+        .objects = prepared.objects,
+        .object_count = prepared.object_count,
+        .occluded = plan.surface || plan.solid,
+        .report = report,
+        .clock = &clock,
+    };
+    void *state = NULL;
+    light_set_from_scene(&report->resolved, &picture.lights);
+    size_t pixel_count = (size_t)result->width * (size_t)result->height;
+    result->pixels = malloc(pixel_count * 4 * sizeof *result->pixels);
+    if (!result->pixels) {
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, "/image", "no memory for %zu pixels",
+                             pixel_count);
+        goto done;
+    }
+
+    for (size_t i = 0; i < prepared.object_count; i++) {
+        struct path_object *object = &prepared.objects[i];
+        if (!object->shell || object->volume->homogeneous)
+            continue;
+        status = bake_acquire(renderer->textures, object->volume, object->volume->lit,
+                              &object->baked, &report->cold, &report->work.upload_bytes, &clock,
+                              err);
+        if (status != STATUS_OK)
+            goto done;
+    }
+    stage_clock_next(&clock, REPORT_STAGE_upload, true);
+    if ((status = gl_target_resize(&renderer->samples, world.width, world.height,
+                                   picture.occluded, err)) != STATUS_OK ||
+        (status = gl_target_resize(&renderer->picture, result->width, result->height, false,
+                                   err)) != STATUS_OK)
+        goto done;
+    if (plan.surface &&
+        (status = surface_pass_upload(renderer->surface, &picture, err)) != STATUS_OK)
+        goto done;
+    if (plan.solid || plan.media)
+        if ((status = path_state(renderer, plan.path, &state, err)) != STATUS_OK ||
+            (status = plan.path->prepare(state, &picture, err)) != STATUS_OK)
+            goto done;
+
+    stage_clock_next(&clock, REPORT_STAGE_draw, true);
+    if ((status = draw(renderer, &plan, state, &picture, err)) != STATUS_OK)
+        goto done;
+    stage_clock_next(&clock, REPORT_STAGE_readback, true);
+    status = read_picture(renderer, &report->resolved, plan.k, &picture, result->pixels, err);
+    stage_clock_stop(&clock, true);
+
+done:
+    for (size_t i = 0; i < prepared.object_count; i++)
+        bake_release(renderer->textures, prepared.objects[i].baked);
+    prepared_finish(&renderer->caches, &prepared);
+    if (status != STATUS_OK) {
+        render_result_finish(result);
+        return status;
+    }
+    report->cold |= picture.cold;
+    report->work.samples = (uint64_t)world.width * (uint64_t)world.height;
+    memcpy(report->stage_ms, stage_ms, sizeof stage_ms);
+    report->total_ms = clock_now_ms() - started;
+    report_renderer(renderer, report);
+    return STATUS_OK;
+}
+
+void render_result_finish(struct render_result *result) {
+    free(result->pixels);
+    arena_free(&result->arena);
+    memset(result, 0, sizeof *result);
+}
