@@ -31,7 +31,7 @@ struct entry {
 struct mesh_cache {
     size_t bytes, bytes_max;
     size_t entries;
-    uint64_t clock;
+    uint64_t clock, serial;
     struct entry *first;
 };
 
@@ -146,6 +146,7 @@ enum status mesh_acquire(struct mesh_cache *cache, const struct scene_mesh *spec
             cache->first = entry;
             cache->entries++;
             cache->bytes += entry->mesh->bytes;
+            entry->mesh->serial = ++cache->serial;
         } else {
             free(entry);
         }
