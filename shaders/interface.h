@@ -3,6 +3,17 @@
 #ifndef PELT_SHADERS_INTERFACE_H
 #define PELT_SHADERS_INTERFACE_H
 
+/* Which variants of a program that knows the flags `known` make sense: a cell holds one thing, not
+ * two (media of other objects are other draws); a homogeneous medium is unlit, its colour is its
+ * radiance; a highlight needs light. The checks compile every variant for which this holds, and
+ * gl_programs_get() takes no other. */
+#define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
+#define VARIANT_MAKES_SENSE(v, known)                                                              \
+    ((((v)&FLAGS_CONTENT) == FLAG_MEDIUM || ((v)&FLAGS_CONTENT) == FLAG_SOLID ||                   \
+      ((v)&FLAGS_CONTENT) == FLAG_HOMOGENEOUS || ((known)&FLAGS_CONTENT) == 0) &&                  \
+     (((v)&FLAG_LIT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                       \
+     (((v)&FLAG_SPECULAR) == 0 || ((v)&FLAG_LIT) != 0))
+
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
 #define FLAG_SOLID       0x0002 /* the material has a solid field: find its first surface */

@@ -41,7 +41,12 @@ uint32_t gl_program_flags(enum gl_program_id id) {
     return rows[id].flags;
 }
 
-static const char *stage_file(enum gl_program_id id, const char *stage) {
+bool gl_program_makes_sense(enum gl_program_id id, uint32_t variant) {
+    uint32_t known = rows[id].flags;
+    return (variant & ~known) == 0 && VARIANT_MAKES_SENSE(variant, known);
+}
+
+const char *gl_program_file(enum gl_program_id id, const char *stage) {
     if (strcmp(stage, "vert") == 0)
         return rows[id].vert;
     if (strcmp(stage, "frag") == 0)
@@ -50,7 +55,7 @@ static const char *stage_file(enum gl_program_id id, const char *stage) {
 }
 
 char *gl_program_source(enum gl_program_id id, uint32_t variant, const char *stage) {
-    const char *file = stage_file(id, stage);
+    const char *file = gl_program_file(id, stage);
     struct gl_source source;
     if (!file)
         return NULL;
@@ -155,7 +160,7 @@ static enum status build(enum gl_program_id id, uint32_t variant, GLuint *result
 enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id, uint32_t variant,
                             GLuint *program, bool *compiled, struct error *err) {
     assert(id < GL_PROGRAM_COUNT);
-    assert((variant & ~rows[id].flags) == 0);
+    assert(gl_program_makes_sense(id, variant));
     for (size_t i = 0; i < programs->count; i++)
         if (programs->entries[i].id == id && programs->entries[i].variant == variant) {
             *program = programs->entries[i].program;

@@ -22,7 +22,8 @@ struct gl_programs *gl_programs_create(void);
 void gl_programs_destroy(struct gl_programs *programs);
 
 /* The linked program; compiled on first use, then *compiled (may be NULL) is set to true and never
- * to false. STATUS_GL_ERROR carries the compiler's log. */
+ * to false. `variant` must make sense (gl_program_makes_sense). Owned by the cache. A context must
+ * be current. STATUS_GL_ERROR carries the compiler's log, STATUS_OUT_OF_MEMORY. */
 enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id, uint32_t variant,
                             GLuint *program, bool *compiled, struct error *err);
 
@@ -30,9 +31,15 @@ enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id,
  * `stage`: "vert", "frag" or "comp". NULL where the program has no such stage. No GL needed. */
 char *gl_program_source(enum gl_program_id id, uint32_t variant, const char *stage);
 
-/* For the checks: the name of a program, the flags it knows, and whether a combination makes sense.
+/* For the checks: the name of a program, the flags it knows, and whether a combination of flags is
+ * one that is ever drawn: VARIANT_MAKES_SENSE in shaders/interface.h, and no flag it does not know.
  */
-const char *gl_program_name(enum gl_program_id id);
+const char *gl_program_name(enum gl_program_id id); /* "TETRA"; static storage */
 uint32_t gl_program_flags(enum gl_program_id id);
+bool gl_program_makes_sense(enum gl_program_id id, uint32_t variant);
+
+/* The file of a stage ("vert", "frag", "comp") without folder, static storage; NULL: no such stage.
+ */
+const char *gl_program_file(enum gl_program_id id, const char *stage);
 
 #endif

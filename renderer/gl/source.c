@@ -1,9 +1,11 @@
 /* Includes for GLSL, which has none: text in, text out.
  *
- * Every file that comes in gets a number and is announced by `#line LINE NUMBER` before and after
- * each include, so that a compiler's log points at the file that a person edits. The numbers are
- * turned back into names here, in the two forms that drivers write: Mesa, Intel and AMD "2:17",
- * NVIDIA "2(17)", at the start of a line or after "ERROR: ".
+ * Every file that comes in gets a number n, and `#line` before and after each include tells the
+ * compiler where the text is from, so that its log points at the file that a person edits. The line
+ * that it is told is (n + 1) * 10000 + the line in the file, and the log is turned back here. Files
+ * by GLSL's own source numbers alone would not do: Mesa loses them for whatever is longer than one
+ * token (its YYLLOC_DEFAULT sets the source to 0), and names the wrong file in most of its errors.
+ * Drivers write "S:L(C)" (Mesa), "S(L)" (NVIDIA) or "ERROR: S:L:" (glslang, and who builds on it).
  *
  * A file that is included twice is put in twice; its own include guard (#ifndef) drops the second
  * copy, as in C. A file that reaches itself is refused. Left out on purpose: macros in #include,
@@ -39,6 +41,13 @@ static bool append(struct gl_source *source, const char *text, size_t length) {
     source->length += length;
     source->text[source->length] = 0;
     return true;
+}
+
+static bool append_line_directive(struct gl_source *source, size_t number, unsigned line) {
+    char text[64];
+    int used = snprintf(text, sizeof text, "#line %zu %zu\n", (number + 1) * GL_SOURCE_LINES + line,
+                        number);
+    return append(source, text, (size_t)used);
 }
 
 static enum status out_of_memory(struct error *err) {
@@ -91,23 +100,22 @@ static enum status add_file(struct gl_source *source, const char *name, size_t n
     size_t number = source->file_count++;
     source->files[number] = short_name;
 
-    char directive[64];
-    int used = snprintf(directive, sizeof directive, "#line 1 %zu\n", number);
-    if (!append(source, directive, (size_t)used))
+    if (!append_line_directive(source, number, 1))
         return out_of_memory(err);
     unsigned line_number = 0;
     for (const char *line = file->begin; line < file->end;) {
         const char *end = memchr(line, '\n', (size_t)(file->end - line));
         size_t line_length = (size_t)((end ? end : file->end) - line), include_length;
-        line_number++;
+        if (++line_number >= GL_SOURCE_LINES)
+            return error_fault(err, STATUS_INTERNAL, NULL, "%s has more lines than a log can name",
+                               short_name);
         const char *include = include_name(line, line_length, &include_length);
         if (include) {
             enum status status =
                 add_file(source, include, include_length, short_name, line_number, stack, err);
             if (status != STATUS_OK)
                 return status;
-            used = snprintf(directive, sizeof directive, "#line %u %zu\n", line_number + 1, number);
-            if (!append(source, directive, (size_t)used))
+            if (!append_line_directive(source, number, line_number + 1))
                 return out_of_memory(err);
         } else if (!append(source, line, line_length) || !append(source, "\n", 1)) {
             return out_of_memory(err);
@@ -139,17 +147,28 @@ void gl_source_finish(struct gl_source *source) {
     *source = (struct gl_source){0};
 }
 
-/* A file number at `at`, followed by ':' or '(' and a digit: its length, else 0. */
-static size_t file_number(const char *at, size_t file_count, size_t *number) {
-    size_t length = 0, value = 0;
-    while (at[length] >= '0' && at[length] <= '9' && length < 4)
-        value = value * 10 + (size_t)(at[length++] - '0');
-    bool follows = length && (at[length] == ':' || at[length] == '(') && at[length + 1] >= '0' &&
-                   at[length + 1] <= '9';
-    if (!follows || value >= file_count)
+/* A decimal number of at most 7 digits at `*at`, which moves past it. */
+static bool read_number(const char **at, size_t *number) {
+    size_t length = strspn(*at, "0123456789");
+    *number = 0;
+    for (size_t i = 0; i < length && length <= 7; i++)
+        *number = *number * 10 + (size_t)((*at)[i] - '0');
+    *at += length;
+    return length >= 1 && length <= 7;
+}
+
+/* The place "S:L" or "S(L" at `at` in one of the files: its length, else 0. */
+static size_t read_place(const char *at, size_t file_count, size_t *file, size_t *line) {
+    const char *end = at;
+    size_t number;
+    if (!read_number(&end, &number) || (*end != ':' && *end != '('))
         return 0;
-    *number = value;
-    return length;
+    end++;
+    if (!read_number(&end, &number))
+        return 0;
+    *file = number / GL_SOURCE_LINES - 1; /* wraps where there is none: then not below the count */
+    *line = number % GL_SOURCE_LINES;
+    return *file < file_count ? (size_t)(end - at) : 0;
 }
 
 char *gl_source_translate_log(const struct gl_source *source, const char *log) {
@@ -162,11 +181,13 @@ char *gl_source_translate_log(const struct gl_source *source, const char *log) {
                 good = good && append(&out, prefixes[i], strlen(prefixes[i]));
                 log += strlen(prefixes[i]);
             }
-        size_t number, digits = file_number(log, source->file_count, &number);
-        if (digits) {
-            const char *name = source->files[number];
-            good = good && append(&out, name, strlen(name));
-            log += digits;
+        size_t file, line, length = read_place(log, source->file_count, &file, &line);
+        if (length) {
+            char place[160];
+            int used = snprintf(place, sizeof place, "%.120s%c%zu", source->files[file],
+                                log[strcspn(log, ":(")], line);
+            good = good && append(&out, place, (size_t)used);
+            log += length;
         }
         size_t rest = strcspn(log, "\n");
         if (log[rest])

@@ -9,9 +9,13 @@
 
 #include "api/status.h"
 
-enum { GL_SOURCE_FILES_MAX = 32, GL_SOURCE_DEPTH_MAX = 8 };
+enum {
+    GL_SOURCE_FILES_MAX = 32,
+    GL_SOURCE_DEPTH_MAX = 8,
+    GL_SOURCE_LINES = 10000 /* what a file's lines are counted up from: see source.c */
+};
 
-/* A stage's text; `files[n]` is what `#line ... n` stands for. */
+/* A stage's text. Line l of files[n] is announced as `#line (n + 1) * GL_SOURCE_LINES + l  n`. */
 struct gl_source {
     char *text; /* owned; terminated */
     size_t length, capacity;
@@ -28,7 +32,7 @@ enum status gl_source_assemble(struct gl_source *source, const char *name, uint3
                                struct error *err);
 void gl_source_finish(struct gl_source *source);
 
-/* A compiler's log with the file numbers turned into names: "2:17(5): error" becomes
+/* A compiler's log with the places turned into names and lines: "0:30017(5): error" becomes
  * "common_ray.glsl:17(5): error". malloc'ed, NULL where memory ran out. */
 char *gl_source_translate_log(const struct gl_source *source, const char *log);
 
