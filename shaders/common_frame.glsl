@@ -1,12 +1,7 @@
-/* The uniform block every program shares, and the ray of a sample. */
+/* The uniform block every program shares, and the ray of a sample. For every stage. */
 layout(std140, binding = BINDING_FRAME) uniform Frame {
     vec4 frame[FRAME_VEC4S];
 };
-
-/* (x, y) in [-1, 1] of this sample. gl_FragCoord is exact; an interpolant is not. */
-vec2 sample_position() {
-    return gl_FragCoord.xy * frame[FRAME_SCREEN].xy - 1.0;
-}
 
 vec3 ray_origin(vec2 p) {
     return frame[FRAME_O0].xyz + p.x * frame[FRAME_OU].xyz + p.y * frame[FRAME_OV].xyz;

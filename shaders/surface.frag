@@ -1,6 +1,7 @@
 /* Opaque, two-sided, lit. The outputs are those of every pass: radiance, and an optical depth that
  * lets nothing through. */
 #include "common_frame.glsl"
+#include "common_sample.glsl"
 #include "common_light.glsl"
 
 #if (VARIANT & FLAG_TEXTURED) != 0

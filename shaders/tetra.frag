@@ -12,6 +12,7 @@
  * tau = -log(1 - alpha). Optical depth is summed apart from colour (OUT_DEPTH is blended by adding,
  * OUT_THROUGH multiplies what lies behind), so that neither thin nor thick media lose digits. */
 #include "common_frame.glsl"
+#include "common_sample.glsl"
 #include "common_math.glsl"
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"

@@ -8,6 +8,7 @@
  * A context is made without a config and made current without a surface: Pelt draws into
  * framebuffer objects only. Displays that lack either extension are passed over with that reason;
  * pbuffers as a way round it are left out, since every driver with GL 4.5 has both. */
+#define EGL_NO_X11 /* no window system: the headers of X are not needed */
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <dlfcn.h>
