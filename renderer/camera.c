@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-void camera_add_bounds(const double transform[16], const double box_min[3],
-                       const double box_max[3], double bounds_min[3], double bounds_max[3]) {
+void camera_add_bounds(const double transform[16], const double box_min[3], const double box_max[3],
+                       double bounds_min[3], double bounds_max[3]) {
     for (int corner = 0; corner < 8; corner++) {
         double p[3];
         for (int i = 0; i < 3; i++)

@@ -5,8 +5,8 @@
 #include "api/scene.h"
 
 /* Grows bounds by a box mapped through a transform (column-major). Start from +inf, -inf. */
-void camera_add_bounds(const double transform[16], const double box_min[3],
-                       const double box_max[3], double bounds_min[3], double bounds_max[3]);
+void camera_add_bounds(const double transform[16], const double box_min[3], const double box_max[3],
+                       double bounds_min[3], double bounds_max[3]);
 
 /* Fills eye and target so that the world bounds fit the image, seen from the front, the right and
  * above; keeps the field of view and the up vector. `given` becomes true. */

@@ -21,15 +21,14 @@ static enum status prepare_shell(struct caches *caches, const struct scene_shell
                                  bool *made, struct report *report, struct error *err) {
     char pointer[64];
     snprintf(pointer, sizeof pointer, "%s/shell/mesh", object->pointer);
-    enum status status =
-        shell_acquire(caches->shells, object->mesh, spec->thickness, spec->tiles, pointer,
-                      &object->shell, err);
+    enum status status = shell_acquire(caches->shells, object->mesh, spec->thickness, spec->tiles,
+                                       pointer, &object->shell, err);
     if (status != STATUS_OK)
         return status;
     shell_warn(object->shell, pointer, report);
     snprintf(pointer, sizeof pointer, "%s/shell/material", object->pointer);
-    status =
-        volume_acquire(caches->volumes, &spec->material, pointer, assets, &object->volume, made, err);
+    status = volume_acquire(caches->volumes, &spec->material, pointer, assets, &object->volume,
+                            made, err);
     if (status != STATUS_OK)
         return status;
     int asked = object->object->quality.samples;
@@ -68,8 +67,7 @@ enum status prepare_objects(struct caches *caches, const struct scene *scene,
         if (status == STATUS_OK) {
             mesh_warn(object->mesh, pointer, report);
             if (is_shell)
-                status =
-                    prepare_shell(caches, &spec->shell, assets, object, made, report, err);
+                status = prepare_shell(caches, &spec->shell, assets, object, made, report, err);
         }
         if (status != STATUS_OK) {
             prepared_finish(caches, prepared);

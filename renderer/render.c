@@ -36,7 +36,7 @@ struct renderer {
     struct caches caches;
     struct bake_cache *textures;
     struct surface_pass *surface;
-    void *path_state[PATHS_MAX];   /* made when a path is first used */
+    void *path_state[PATHS_MAX]; /* made when a path is first used */
     struct gl_target samples, picture;
     GLuint empty_array; /* for the full-screen triangle, which needs no buffer */
     char cpu[128];
@@ -71,8 +71,7 @@ enum status renderer_create(const struct renderer_options *options, struct rende
     static const enum gl_backend backends[] = {[RENDER_BACKEND_AUTO] = GL_BACKEND_AUTO,
                                                [RENDER_BACKEND_EGL] = GL_BACKEND_EGL,
                                                [RENDER_BACKEND_OSMESA] = GL_BACKEND_OSMESA};
-    struct gl_options gl = {backends[options->backend], options->device,
-                            options->require_hardware};
+    struct gl_options gl = {backends[options->backend], options->device, options->require_hardware};
     enum status status = gl_context_create(&gl, &renderer->context, err);
     if (status != STATUS_OK)
         goto fail;
@@ -84,7 +83,8 @@ enum status renderer_create(const struct renderer_options *options, struct rende
     renderer->surface = surface_pass_create();
     if (!renderer->programs || !renderer->caches.meshes || !renderer->caches.shells ||
         !renderer->caches.volumes || !renderer->textures || !renderer->surface) {
-        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the renderer's caches");
+        status =
+            error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the renderer's caches");
         goto fail;
     }
     glCreateVertexArrays(1, &renderer->empty_array);
@@ -198,8 +198,8 @@ static enum status draw(struct renderer *renderer, const struct plan *plan, void
 static enum status read_picture(struct renderer *renderer, const struct scene *scene, int k,
                                 struct picture *picture, float *pixels, struct error *err) {
     GLuint program;
-    enum status status = gl_programs_get(renderer->programs, GL_PROGRAM_RESOLVE, 0, &program,
-                                         &picture->cold, err);
+    enum status status =
+        gl_programs_get(renderer->programs, GL_PROGRAM_RESOLVE, 0, &program, &picture->cold, err);
     if (status != STATUS_OK)
         return status;
     glBindFramebuffer(GL_FRAMEBUFFER, renderer->picture.framebuffer);
@@ -253,8 +253,7 @@ enum status renderer_plan(struct renderer *renderer, const struct scene *scene,
     struct view world;
     struct plan plan;
     double started = clock_now_ms();
-    enum status status =
-        make_ready(renderer, scene, assets, result, &prepared, &world, &plan, err);
+    enum status status = make_ready(renderer, scene, assets, result, &prepared, &world, &plan, err);
     if (status != STATUS_OK) {
         render_result_finish(result);
         return status;
@@ -276,8 +275,7 @@ enum status renderer_render(struct renderer *renderer, const struct scene *scene
     double stage_ms[REPORT_STAGE_COUNT] = {0};
     struct stage_clock clock;
     stage_clock_start(&clock, stage_ms, REPORT_STAGE_assets);
-    enum status status =
-        make_ready(renderer, scene, assets, result, &prepared, &world, &plan, err);
+    enum status status = make_ready(renderer, scene, assets, result, &prepared, &world, &plan, err);
     if (status != STATUS_OK) {
         render_result_finish(result);
         return status;
@@ -307,15 +305,15 @@ enum status renderer_render(struct renderer *renderer, const struct scene *scene
         struct path_object *object = &prepared.objects[i];
         if (!object->shell || object->volume->homogeneous)
             continue;
-        status = bake_acquire(renderer->textures, object->volume, object->volume->lit,
-                              &object->baked, &report->cold, &report->work.upload_bytes, &clock,
-                              err);
+        status =
+            bake_acquire(renderer->textures, object->volume, object->volume->lit, &object->baked,
+                         &report->cold, &report->work.upload_bytes, &clock, err);
         if (status != STATUS_OK)
             goto done;
     }
     stage_clock_next(&clock, REPORT_STAGE_upload, true);
-    if ((status = gl_target_resize(&renderer->samples, world.width, world.height,
-                                   picture.occluded, err)) != STATUS_OK ||
+    if ((status = gl_target_resize(&renderer->samples, world.width, world.height, picture.occluded,
+                                   err)) != STATUS_OK ||
         (status = gl_target_resize(&renderer->picture, result->width, result->height, false,
                                    err)) != STATUS_OK)
         goto done;

@@ -34,8 +34,8 @@ struct render_result {
     struct arena arena;   /* owns report.resolved's arrays */
 };
 
-/* Draws. On failure `*result` is zeroed and `err` tells why. The caller calls render_result_finish()
- * after success. */
+/* Draws. On failure `*result` is zeroed and `err` tells why. The caller calls
+ * render_result_finish() after success. */
 enum status renderer_render(struct renderer *renderer, const struct scene *scene,
                             const struct asset_source *assets, struct render_result *result,
                             struct error *err);

@@ -20,8 +20,8 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
 /* Shell: step length, extinction scale, voxels, material constants. */
 void frame_set_shell(struct frame *frame, const struct path_object *object);
 
-/* The most steps any segment of the object's shell needs; a segment takes PATH_STEPS_MAX at most (it
- * bounds every loop; a driver ends a longer one silently at 65,535). */
+/* The most steps any segment of the object's shell needs; a segment takes PATH_STEPS_MAX at most
+ * (it bounds every loop; a driver ends a longer one silently at 65,535). */
 enum { PATH_STEPS_MAX = 8192 };
 double frame_steps_needed(const struct path_object *object);
 

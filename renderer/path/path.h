@@ -25,9 +25,9 @@ struct path_object {
     const struct scene_object *object;
     char pointer[32]; /* of the object in the scene */
     const struct mesh *mesh;
-    struct view mesh_view;         /* in object space, relative to the mesh's centre */
-    double normal_rows[3][3];      /* world normal from the object's gradient */
-    bool mirrored;                 /* the transform turns triangles inside out */
+    struct view mesh_view;    /* in object space, relative to the mesh's centre */
+    double normal_rows[3][3]; /* world normal from the object's gradient */
+    bool mirrored;            /* the transform turns triangles inside out */
 
     /* Shells only, else NULL. */
     const struct shell *shell;
@@ -40,13 +40,14 @@ struct path_object {
 /* Everything that the passes of one picture share. */
 struct picture {
     struct gl_programs *programs;
-    struct gl_target *target; /* the sample grid: fp32 colour, and depth where something is opaque */
+    struct gl_target
+        *target; /* the sample grid: fp32 colour, and depth where something is opaque */
     struct view world;
     struct light_set lights;
     struct path_object *objects;
     size_t object_count;
-    bool occluded;     /* something opaque is drawn before the media */
-    bool cold;         /* set where a shader was compiled */
+    bool occluded; /* something opaque is drawn before the media */
+    bool cold;     /* set where a shader was compiled */
     struct report *report;
     struct stage_clock *clock;
 };

@@ -1,5 +1,6 @@
 /* GL objects that stay on the device between pictures: a small cache by serial number, least
- * recently used first out. Entries used by the picture being drawn are pinned by their `picture`. */
+ * recently used first out. Entries used by the picture being drawn are pinned by their `picture`.
+ */
 #ifndef PELT_RENDERER_PATH_RESIDENT_H
 #define PELT_RENDERER_PATH_RESIDENT_H
 

@@ -1,5 +1,5 @@
-/* Opaque triangles: bases of shells and plain meshes, with the asset's colours and textures where the
- * scene gives no colour of its own. Two-sided, lit as a surface. */
+/* Opaque triangles: bases of shells and plain meshes, with the asset's colours and textures where
+ * the scene gives no colour of its own. Two-sided, lit as a surface. */
 #include "renderer/path/surface.h"
 
 #include <math.h>
@@ -114,8 +114,8 @@ static enum status fill_corners(const struct mesh *mesh, struct device_mesh *dev
                 memcpy(out->normal, mesh->corner_normal[f][c], sizeof out->normal);
                 /* Wrapping is the sampler's; whole tiles go before fp32 loses the fraction. */
                 for (int i = 0; i < 2; i++)
-                    out->uv[i] = (float)(mesh->corner_uv[f][c][i] -
-                                         floor(mesh->corner_uv[f][0][i]));
+                    out->uv[i] =
+                        (float)(mesh->corner_uv[f][c][i] - floor(mesh->corner_uv[f][0][i]));
             }
         }
         batch->count = next - batch->first;
@@ -145,11 +145,10 @@ static enum status upload_mesh(struct surface_pass *pass, const struct mesh *mes
     fill_corners(mesh, device, corners);
     glCreateBuffers(1, &device->buffer);
     glNamedBufferStorage(device->buffer,
-                         (GLsizeiptr)(3 * (size_t)mesh->triangle_count * sizeof *corners + 4),
-                         NULL, GL_DYNAMIC_STORAGE_BIT);
+                         (GLsizeiptr)(3 * (size_t)mesh->triangle_count * sizeof *corners + 4), NULL,
+                         GL_DYNAMIC_STORAGE_BIT);
     glNamedBufferSubData(device->buffer, 0,
-                         (GLsizeiptr)(3 * (size_t)mesh->triangle_count * sizeof *corners),
-                         corners);
+                         (GLsizeiptr)(3 * (size_t)mesh->triangle_count * sizeof *corners), corners);
     glCreateVertexArrays(1, &device->vertex_array);
     GLuint array = device->vertex_array;
     glVertexArrayVertexBuffer(array, 0, device->buffer, 0, sizeof *corners);

@@ -2,9 +2,10 @@
  * After Dufort, Leblanc & Poulin 2005, sections 3 to 4.3; shaders/tetra.frag integrates.
  *
  * Media are drawn back to front in the order that SXMPVO gives, all shells together; solids in any
- * order under the depth test, since the first surface is what counts. (The paper sorts back to front
- * and names the blend factors of front to back, (1 - alpha_dst, 1); with those below, back to front,
- * colour is multiplied by what the nearer segment lets through, and optical depths are summed.)
+ * order under the depth test, since the first surface is what counts. (The paper sorts back to
+ * front and names the blend factors of front to back, (1 - alpha_dst, 1); with those below, back to
+ * front, colour is multiplied by what the nearer segment lets through, and optical depths are
+ * summed.)
  *
  * Left out here: filtering, shadow, and walking through neighbours instead of sorting. */
 #include <math.h>
@@ -152,7 +153,8 @@ static bool append_outline(struct outlines *out, const struct path_object *objec
         out->indices[out->index_count++] = base + (uint32_t)i;
         out->indices[out->index_count++] = base + (uint32_t)i + 1;
     }
-    out->runs[out->run_count - 1].count = (uint32_t)out->index_count - out->runs[out->run_count - 1].first;
+    out->runs[out->run_count - 1].count =
+        (uint32_t)out->index_count - out->runs[out->run_count - 1].first;
     return true;
 }
 
@@ -291,8 +293,7 @@ static enum status draw_outlines(struct tetra *tetra, struct picture *picture,
         return STATUS_OK;
     size_t vertex_bytes = outlines->corner_count * sizeof *outlines->corners;
     size_t index_bytes = outlines->index_count * sizeof *outlines->indices;
-    glNamedBufferData(tetra->vertices, (GLsizeiptr)vertex_bytes, outlines->corners,
-                      GL_STREAM_DRAW);
+    glNamedBufferData(tetra->vertices, (GLsizeiptr)vertex_bytes, outlines->corners, GL_STREAM_DRAW);
     glNamedBufferData(tetra->elements, (GLsizeiptr)index_bytes, outlines->indices, GL_STREAM_DRAW);
     picture->report->work.upload_bytes += vertex_bytes + index_bytes;
     glBindVertexArray(tetra->vertex_array);
@@ -304,9 +305,9 @@ static enum status draw_outlines(struct tetra *tetra, struct picture *picture,
         const struct path_object *object = &picture->objects[run->object];
         if (run->object != bound) {
             GLuint program;
-            status = gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
-                                     variant_of(object, picture, solid), &program, &picture->cold,
-                                     err);
+            status =
+                gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
+                                variant_of(object, picture, solid), &program, &picture->cold, err);
             if (status != STATUS_OK)
                 break;
             struct frame frame;
@@ -318,7 +319,8 @@ static enum status draw_outlines(struct tetra *tetra, struct picture *picture,
             const struct device_shell *device =
                 resident_find(&tetra->shells, object->shell->serial);
             glBindTextureUnit(BINDING_CELLS, device->texture);
-            bind_textures(object->baked, solid);
+            if (object->baked) /* a homogeneous medium has no textures */
+                bind_textures(object->baked, solid);
             bound = run->object;
         }
         glDrawElements(GL_TRIANGLES, (GLsizei)run->count, GL_UNSIGNED_INT,

@@ -1,8 +1,8 @@
 /* A-buffer over boundary faces (Cook et al. 2004, section 3.2).
  *
  * Only an exit followed by an entry is a relation: whatever lies between an entry and an exit is
- * ordered by shared faces. Faces that touch (where neighbours could not be linked) meet at one depth
- * up to rounding, so exits count as nearer by a millionth. */
+ * ordered by shared faces. Faces that touch (where neighbours could not be linked) meet at one
+ * depth up to rounding, so exits count as nearer by a millionth. */
 #include "renderer/shell/abuffer.h"
 
 #include <math.h>
@@ -12,7 +12,7 @@
 #define EXIT_BIAS 1e-6
 
 struct fragment {
-    double key; /* grows away from the eye */
+    double key;           /* grows away from the eye */
     uint32_t node_enters; /* node << 1 | enters */
     uint32_t next;        /* fragment index + 1; 0 ends */
 };
@@ -130,8 +130,8 @@ enum status abuffer_draw(struct abuffer *buffer, const struct projection *projec
                                "no memory for the A-buffer past %llu fragments",
                                (unsigned long long)buffer->count);
         uint32_t *head = buffer->head + (size_t)y * (size_t)buffer->width;
-        double key = corner[0][2] + slope_y * (y + 0.5 - corner[0][1]) -
-                     slope_x * (corner[0][0] - 0.5);
+        double key =
+            corner[0][2] + slope_y * (y + 0.5 - corner[0][1]) - slope_x * (corner[0][0] - 0.5);
         for (int x = begin; x < end; x++) {
             double k = key + slope_x * x;
             if (!enters)

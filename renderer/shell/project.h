@@ -5,7 +5,8 @@
  * width, so that it covers every sample whose ray can meet the tetrahedron whatever grid the
  * rasteriser snaps to; whether the ray does meet it is decided in the shader, from the
  * tetrahedron's planes. Drawing front faces, as Dufort does, loses a whole tetrahedron where the
- * rasteriser's 1/256 pixel grid and the ray disagree at an edge, and all that the near plane cuts. */
+ * rasteriser's 1/256 pixel grid and the ray disagree at an edge, and all that the near plane cuts.
+ */
 #ifndef PELT_RENDERER_SHELL_PROJECT_H
 #define PELT_RENDERER_SHELL_PROJECT_H
 
@@ -22,7 +23,7 @@
 #define PROJECT_DEPTH_MIN 1e-9
 
 struct projection {
-    struct view view; /* in the shell's object space, relative to its center */
+    struct view view;  /* in the shell's object space, relative to its center */
     double (*clip)[3]; /* X, Y, H of each vertex (view.h) */
     bool behind;       /* some vertex is not in front of the eye */
 };
@@ -38,9 +39,9 @@ enum { OUTLINE_MAX = 24 };
 int project_outline(const struct shell *shell, const struct projection *projection, uint32_t tetra,
                     double outline[OUTLINE_MAX][2]);
 
-/* The polygon that a face (three vertices) makes on the grid, not enlarged, clipped at the eye, with
- * a depth key that is affine over the grid and grows away from the eye (-1/H in perspective, H in
- * orthographic views). Returns the number of corners: 0, 3 or 4. */
+/* The polygon that a face (three vertices) makes on the grid, not enlarged, clipped at the eye,
+ * with a depth key that is affine over the grid and grows away from the eye (-1/H in perspective, H
+ * in orthographic views). Returns the number of corners: 0, 3 or 4. */
 int project_face(const struct projection *projection, const uint32_t vertex[3],
                  double corner[4][3]);
 

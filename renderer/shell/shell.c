@@ -1,9 +1,9 @@
 /* Building a shell over a mesh: prisms, tetrahedra, adjacency, and the table for the shaders.
  * The cut of a prism and the record of a tetrahedron are derived in shell.h.
  *
- * Adjacency needs no hash: a side of a prism is the lower triangle (b_a, b_b, t_b) and the upper one
- * (b_a, t_a, t_b) of its edge a < b, and which tetrahedra own them follows from the edge's place in
- * the prism's order alone. */
+ * Adjacency needs no hash: a side of a prism is the lower triangle (b_a, b_b, t_b) and the upper
+ * one (b_a, t_a, t_b) of its edge a < b, and which tetrahedra own them follows from the edge's
+ * place in the prism's order alone. */
 #include "renderer/shell/shell.h"
 
 #include <float.h>
@@ -39,9 +39,9 @@ static const uint8_t cut[3][4][2] = {
     {{0, 0}, {0, 1}, {1, 1}, {2, 1}},
 };
 
-/* Faces inside the prism: T0's face 2 is T1's face 2, T1's face 1 is T2's face 1. Faces on the sides,
- * [edge][0 lower, 1 upper] = {tetrahedron, face}; edges 0: v0 v1, 1: v1 v2, 2: v0 v2. T0's face 3 is
- * the bottom and T2's face 0 the top. */
+/* Faces inside the prism: T0's face 2 is T1's face 2, T1's face 1 is T2's face 1. Faces on the
+ * sides, [edge][0 lower, 1 upper] = {tetrahedron, face}; edges 0: v0 v1, 1: v1 v2, 2: v0 v2. T0's
+ * face 3 is the bottom and T2's face 0 the top. */
 static const uint8_t side[3][2][2] = {
     {{1, 3}, {2, 3}},
     {{0, 0}, {1, 0}},
@@ -161,9 +161,9 @@ static void build_cells(const struct mesh *mesh, const double tiles[2], struct s
     shell->longest = (float)fmin(sqrt(longest2) * 1.000001, FLT_MAX);
 }
 
-/* The Jacobian of P(b, w) is ((e1 + w h1) x (e2 + w h2)) . sum b_i n_i: linear in b, so it keeps its
- * sign over the prism exactly if it does along each of the three normals, where it is a quadratic
- * in w. (Jiang et al. 2020, section 3, ask the same of each prism.) */
+/* The Jacobian of P(b, w) is ((e1 + w h1) x (e2 + w h2)) . sum b_i n_i: linear in b, so it keeps
+ * its sign over the prism exactly if it does along each of the three normals, where it is a
+ * quadratic in w. (Jiang et al. 2020, section 3, ask the same of each prism.) */
 static bool prism_inverts(const struct mesh *mesh, uint32_t f, double thickness) {
     const uint32_t *v = mesh->vertex[f];
     double e1[3], e2[3], h1[3], h2[3], a[3], b1[3], b2[3], c[3];
@@ -224,8 +224,7 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
             shell->bounds_max[i] = fmax(shell->bounds_max[i], fmax(bottom, top));
         }
     for (int i = 0; i < 3; i++)
-        shell->center[i] =
-            shell->bounds_min[i] + (shell->bounds_max[i] - shell->bounds_min[i]) / 2;
+        shell->center[i] = shell->bounds_min[i] + (shell->bounds_max[i] - shell->bounds_min[i]) / 2;
     /* Relative to the centre, and the tops by their offset from the bottoms, so that a thin shell
      * far from the origin keeps its thickness. */
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
@@ -240,8 +239,8 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
         if (prism_inverts(mesh, f, thickness) && shell->diagnosis.inverted++ == 0)
             shell->diagnosis.inverted_first = f;
     shell->bytes = sizeof *shell + shell->vertex_count * sizeof *shell->position +
-                   shell->tetra_count * (sizeof *shell->tetra + sizeof *shell->neighbour +
-                                         sizeof *shell->cell);
+                   shell->tetra_count *
+                       (sizeof *shell->tetra + sizeof *shell->neighbour + sizeof *shell->cell);
     *out = shell;
     return STATUS_OK;
 }

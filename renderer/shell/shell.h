@@ -25,16 +25,16 @@
 enum { SHELL_CELL_TEXELS = 6 };
 
 struct shell {
-    uint64_t serial;          /* from 1, unique among all shells that one cache ever made */
-    uint32_t vertex_count;    /* twice the mesh's: bottoms, then tops */
-    double (*position)[3];    /* relative to center */
-    double center[3];         /* of the bounds, object space */
+    uint64_t serial;       /* from 1, unique among all shells that one cache ever made */
+    uint32_t vertex_count; /* twice the mesh's: bottoms, then tops */
+    double (*position)[3]; /* relative to center */
+    double center[3];      /* of the bounds, object space */
     double bounds_min[3], bounds_max[3];
     uint32_t tetra_count;
-    uint32_t (*tetra)[4];     /* vertices; face k lies opposite vertex k */
-    uint32_t (*neighbour)[4]; /* tetrahedron behind face k, SHELL_NONE on the boundary */
+    uint32_t (*tetra)[4];                /* vertices; face k lies opposite vertex k */
+    uint32_t (*neighbour)[4];            /* tetrahedron behind face k, SHELL_NONE on the boundary */
     float (*cell)[SHELL_CELL_TEXELS][4]; /* for the shaders */
-    float longest;            /* longest edge of any tetrahedron, object units: bounds every loop */
+    float longest; /* longest edge of any tetrahedron, object units: bounds every loop */
     double thickness;
     struct shell_diagnosis {
         uint64_t inverted, inverted_first; /* prisms whose Jacobian changes sign; mesh triangle */

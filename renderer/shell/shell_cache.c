@@ -1,4 +1,5 @@
-/* Shells by mesh, thickness and tiling, so that the next picture of the same object builds nothing. */
+/* Shells by mesh, thickness and tiling, so that the next picture of the same object builds nothing.
+ */
 #include <stdlib.h>
 
 #include "renderer/shell/shell.h"

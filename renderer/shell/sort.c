@@ -11,8 +11,8 @@ struct graph {
     const struct sort_shell *shells;
     uint32_t shell_count;
     uint32_t first[SORT_SHELLS_MAX + 1]; /* node of each shell's tetrahedron 0 */
-    uint8_t *behind;       /* for each node, a bit a face: its neighbour lies behind it */
-    uint32_t *gap_first;   /* [nodes + 1]: relations of the A-buffer, by front node */
+    uint8_t *behind;     /* for each node, a bit a face: its neighbour lies behind it */
+    uint32_t *gap_first; /* [nodes + 1]: relations of the A-buffer, by front node */
     uint32_t *gap_back;
 };
 
@@ -68,9 +68,8 @@ static enum status relate_faces(struct graph *graph, uint32_t s, struct abuffer 
                 uint32_t face[3];
                 for (int v = 0; v < 3; v++)
                     face[v] = shell->tetra[t][(k + 1 + v) & 3];
-                enum status status =
-                    abuffer_draw(buffer, graph->shells[s].projection, face, graph->first[s] + t,
-                                 side < 0, err);
+                enum status status = abuffer_draw(buffer, graph->shells[s].projection, face,
+                                                  graph->first[s] + t, side < 0, err);
                 if (status != STATUS_OK)
                     return status;
             } else if (side > 0) {
@@ -169,8 +168,8 @@ static enum status walk(const struct graph *graph, uint32_t nodes, struct sort_r
     uint32_t *out = malloc(((size_t)nodes + 1) * sizeof *out);
     enum status status = STATUS_OK;
     if (!rank || !low || !open || !frames || !out) {
-        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to sort %u tetrahedra",
-                             nodes);
+        status =
+            error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to sort %u tetrahedra", nodes);
         goto done;
     }
     uint32_t seen = 0, opened = 0, done = 0;
@@ -184,8 +183,8 @@ static enum status walk(const struct graph *graph, uint32_t nodes, struct sort_r
         while (depth) {
             struct frame *frame = &frames[depth - 1];
             uint32_t node = frame->node, s = shell_of(graph, node);
-            uint32_t next = next_behind(graph, graph->shells[s].shell, graph->first[s], node,
-                                        &frame->cursor);
+            uint32_t next =
+                next_behind(graph, graph->shells[s].shell, graph->first[s], node, &frame->cursor);
             if (next != SHELL_NONE) {
                 if (rank[next] == 0) {
                     rank[next] = low[next] = ++seen;
@@ -212,9 +211,9 @@ static enum status walk(const struct graph *graph, uint32_t nodes, struct sort_r
                     result->cycle_first = node - graph->first[s];
                 result->cycle_tetra += done - begin;
                 if (!order_cycle(graph, out + begin, done - begin)) {
-                    status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL,
-                                         "no memory to order a cycle of %u tetrahedra",
-                                         done - begin);
+                    status =
+                        error_fault(err, STATUS_OUT_OF_MEMORY, NULL,
+                                    "no memory to order a cycle of %u tetrahedra", done - begin);
                     goto done;
                 }
             }

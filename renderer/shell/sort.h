@@ -25,11 +25,11 @@ struct sort_result {
     /* Back to front: shell << 32 | tetrahedron. count = all tetrahedra of all shells. */
     uint64_t *order;
     uint64_t count;
-    uint64_t edges;        /* relations found by the A-buffer */
-    uint64_t fragments;    /* of boundary faces */
-    uint64_t cycles;       /* strongly connected components of more than one tetrahedron */
-    uint64_t cycle_tetra;  /* tetrahedra in them, drawn there by depth of their centres */
-    uint64_t cycle_first;  /* the first such tetrahedron */
+    uint64_t edges;       /* relations found by the A-buffer */
+    uint64_t fragments;   /* of boundary faces */
+    uint64_t cycles;      /* strongly connected components of more than one tetrahedron */
+    uint64_t cycle_tetra; /* tetrahedra in them, drawn there by depth of their centres */
+    uint64_t cycle_first; /* the first such tetrahedron */
 };
 
 enum { SORT_SHELLS_MAX = 64 };

@@ -56,9 +56,8 @@ void view_from_camera(const struct scene_camera *camera, const struct scene_imag
         depth = 1;
 
     double aspect = (double)image->width / image->height;
-    double half_height = camera->orthographic
-                             ? camera->ortho_height / 2
-                             : depth * tan(camera->fov_y_deg * (M_PI / 360));
+    double half_height = camera->orthographic ? camera->ortho_height / 2
+                                              : depth * tan(camera->fov_y_deg * (M_PI / 360));
     double half_width = half_height * aspect;
     double offset[3]; /* of the eye from the centre */
     for (int i = 0; i < 3; i++) {
