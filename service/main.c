@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "api/status.h"
+#include "service/render.h"
 
 static int help_main(int argc, char **argv);
 static int version_main(int argc, char **argv);
@@ -13,6 +14,9 @@ static const struct command {
     int (*run)(int argc, char **argv);
     const char *summary; /* NULL: not for people, left out of the help */
 } commands[] = {
+    {"render", render_main, "draw scenes into picture files, here or by a daemon"},
+    {"validate", validate_main, "read scenes and name every fault, without drawing"},
+    {"plan", plan_main, "say which passes a scene needs, and which are left out and why"},
     {"help", help_main, "this text; `pelt help exit-codes` lists the exit codes"},
     {"version", version_main, "print the version"},
 };
@@ -28,7 +32,8 @@ static int print_exit_codes(void) {
     };
     puts(
         "Exit codes of pelt. 2 to 5 are the caller's fault, 1 and 6 Pelt's or the machine's; 8 is\n"
-        "worth another try. A run over many scenes exits with the highest of theirs.\n");
+        "worth another try. A run over many scenes exits with 1 if any met that, else the "
+        "highest.\n");
     for (int code = 0; code <= 8; code++)
         for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
             if (rows[i].code == code)
