@@ -51,7 +51,7 @@ TEST_BIN  := $(TEST_SRC:tests/%.c=$(BUILD)/tests/%)
 BENCH_BIN := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
 TOOL_BIN  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 
-.PHONY: all tests help deps demo test check asan bench fuzz install uninstall clean FORCE
+.PHONY: all tests help deps demo test check asan bench generate fuzz install uninstall clean FORCE
 all: $(BUILD)/pelt $(MODULES) ## build build/pelt and its modules
 
 tests: all $(TEST_BIN) $(TOOL_BIN) ## build the tests
@@ -156,6 +156,10 @@ asan: ## the unit tests, and some of the daemon's, under the address and UB sani
 
 bench: all $(BENCH_BIN) ## measure what Pelt promises; prints tables
 	@$(PYTHON) tests/bench/bench.py $(BUILD)
+
+generate: $(BUILD)/tests/tools/scene_schema $(BUILD)/tests/tools/scene_docs ## renew what api/scene_members.def makes
+	$(BUILD)/tests/tools/scene_schema > api/scene.schema.json
+	$(BUILD)/tests/tools/scene_docs > api/SCENE.md
 
 fuzz: ## feed the reader and the shims with mutations for a minute each
 	@tests/fuzz/run $(BUILD)

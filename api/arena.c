@@ -1,3 +1,4 @@
+/* Block by block; see arena.h. */
 #include "api/arena.h"
 
 #include <stdint.h>

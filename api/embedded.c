@@ -1,3 +1,4 @@
+/* Looks through the table that the build makes; see embedded.h. */
 #include "api/embedded.h"
 
 #include <string.h>

@@ -25,7 +25,7 @@ void json_out_number(struct json_out *out, double value); /* null where it is no
 void json_out_integer(struct json_out *out, long long value);
 void json_out_unsigned(struct json_out *out, unsigned long long value);
 void json_out_boolean(struct json_out *out, bool value);
-void json_out_raw(struct json_out *out, const char *json); /* one complete value */
+void json_out_raw(struct json_out *out, const char *json); /* a value, or the beginning of one */
 
 /* The shortest decimal text that strtod() reads back as `value`, which is finite. */
 enum { JSON_NUMBER_BYTES = 32 };

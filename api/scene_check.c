@@ -155,14 +155,16 @@ static void check_scene(struct reader *reader, const struct scene *scene) {
 }
 
 /* In the schema too: quality is the path's own. */
-static void check_object(struct reader *reader, const struct scene_object *object) {
+static void check_object(struct reader *reader, const json_t *json,
+                         const struct scene_object *object) {
+    const json_t *quality = json_object_get(json, "quality");
     if (object->path == SCENE_PATH_AUTO)
         return;
     size_t outer = json_path_enter_name(&reader->path, "quality");
     for (size_t i = 0; i < scene_member_count; i++) {
         const struct member *member = &scene_members[i];
         if (member->node != SCENE_NODE_quality || member->paths & UINT64_C(1) << object->path ||
-            !member_is_given(member, &object->quality))
+            !json_object_get(quality, member->name))
             continue;
         size_t mark = json_path_enter_name(&reader->path, member->name);
         reader_fault(reader, "does not belong to path `%s`",
@@ -172,7 +174,7 @@ static void check_object(struct reader *reader, const struct scene_object *objec
     json_path_leave(&reader->path, outer);
 }
 
-void reader_check(struct reader *reader, enum scene_node node, void *out) {
+void reader_check(struct reader *reader, enum scene_node node, const json_t *json, void *out) {
     switch (node) {
     case SCENE_NODE_scene:
         check_scene(reader, out);
@@ -187,7 +189,7 @@ void reader_check(struct reader *reader, enum scene_node node, void *out) {
         check_light(reader, out);
         break;
     case SCENE_NODE_object:
-        check_object(reader, out);
+        check_object(reader, json, out);
         break;
     case SCENE_NODE_transform:
         check_transform(reader, out);

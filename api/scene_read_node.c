@@ -175,5 +175,5 @@ void reader_node(struct reader *reader, enum scene_node node, const json_t *json
         store_alternative(&scene_alternatives[chosen], out);
     read_members(reader, node, json, bit, out);
     if (json && reader_fault_count(reader) == before && !reader_scan_found_below(reader))
-        reader_check(reader, node, out);
+        reader_check(reader, node, json, out);
 }

@@ -39,8 +39,9 @@ void reader_node(struct reader *reader, enum scene_node node, const json_t *json
 void reader_value(struct reader *reader, const struct member *member, const json_t *json,
                   void *out);
 
-/* Judges a node that was read without a fault, and completes what its members leave to it. */
-void reader_check(struct reader *reader, enum scene_node node, void *out);
+/* Judges a node that was read from `json` without a fault, and completes what its members leave to
+ * it. */
+void reader_check(struct reader *reader, enum scene_node node, const json_t *json, void *out);
 
 const char *reader_type_name(const json_t *json); /* "a number", "an object", ... */
 

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# The committed schema and documentation are what the tables of api/ make: `make generate` renews.
+set -eu
+cd "$(dirname "$0")/../.."
+build=${PELT_BUILD:-$PWD/build}
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+"$build/tests/tools/scene_schema" >"$scratch/scene.schema.json"
+"$build/tests/tools/scene_docs" >"$scratch/SCENE.md"
+diff -u api/scene.schema.json "$scratch/scene.schema.json"
+diff -u api/SCENE.md "$scratch/SCENE.md"
