@@ -60,7 +60,9 @@ enum status files_read(const char *path, size_t bytes_max, unsigned char **data,
     *bytes = 0;
     int fd = is_stdin ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0)
-        return error_fault(err, STATUS_IO_ERROR, NULL, "cannot be read: %s", strerror(errno));
+        return error_fault(err,
+                           errno == ENOENT || errno == ENOTDIR ? STATUS_NOT_FOUND : STATUS_IO_ERROR,
+                           NULL, "cannot be read: %s", strerror(errno));
     struct stat info;
     size_t expected = READ_STEP;
     if (fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > 0)
@@ -136,7 +138,8 @@ enum status files_write(const char *path, const void *data, size_t bytes, struct
         code = write_beside(path, data, bytes);
     }
     if (code != 0)
-        return error_fault(err, STATUS_IO_ERROR, NULL, "cannot be written: %s", strerror(code));
+        return error_fault(err, STATUS_IO_ERROR, NULL, "%s cannot be written: %s", path,
+                           strerror(code));
     return STATUS_OK;
 }
 

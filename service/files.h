@@ -11,8 +11,8 @@
 enum { FILES_ASSET_BYTES_MAX = 512 << 20 }; /* one asset */
 
 /* Reads a whole file, "-" being the standard input. `*data` is malloc'ed (caller frees) and has a 0
- * byte behind its `*bytes`; NULL on failure. STATUS_IO_ERROR, STATUS_OUT_OF_MEMORY, and
- * STATUS_SCENE_TOO_LARGE past `bytes_max`. Blocks. Thread: any. */
+ * byte behind its `*bytes`; NULL on failure. STATUS_NOT_FOUND, STATUS_IO_ERROR,
+ * STATUS_OUT_OF_MEMORY, and STATUS_SCENE_TOO_LARGE past `bytes_max`. Blocks. Thread: any. */
 enum status files_read(const char *path, size_t bytes_max, unsigned char **data, size_t *bytes,
                        struct error *err);
 

@@ -94,7 +94,7 @@ static void test_says_why_it_cannot_read(void **state) {
     size_t bytes;
     struct error err = {0};
     assert_int_equal(files_read(in(*state, "none", path), 10, &data, &bytes, &err),
-                     STATUS_IO_ERROR);
+                     STATUS_NOT_FOUND);
     assert_non_null(strstr(err.faults[0].message, "No such file"));
     error_clear(&err);
     assert_int_equal(files_read(in(*state, "", path), 10, &data, &bytes, &err), STATUS_IO_ERROR);
