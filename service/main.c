@@ -18,9 +18,6 @@ static const struct command {
     {"validate", validate_main, "read scenes and name every fault, without drawing"},
     {"plan", plan_main, "say which passes a scene needs, and which are left out and why"},
     {"help", help_main, "this text; `pelt help exit-codes` lists the exit codes"},
-    {"render", render_main, "draw scenes from files into files"},
-    {"plan", plan_main, "say what a scene needs and what is left out"},
-    {"validate", validate_main, "read scenes and report every fault; draws nothing"},
     {"version", version_main, "print the version"},
 };
 
