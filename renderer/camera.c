@@ -32,7 +32,8 @@ static void cross_unit(const double a[3], const double b[3], double out[3]) {
 }
 
 void camera_frame(const struct scene_image *image, const double bounds_min[3],
-                  const double bounds_max[3], struct scene_camera *camera) {
+                  const double bounds_max[3], camera_next_point *next, void (*restart)(void *),
+                  void *user, struct scene_camera *camera) {
     /* Looking from the front right, 27 degrees from above: the view of a catalogue. Of unit
      * length. With an up vector other than z the same view of a turned world. */
     double up[3] = {camera->up[0], camera->up[1], camera->up[2]};
@@ -53,27 +54,46 @@ void camera_frame(const struct scene_image *image, const double bounds_min[3],
     cross_unit(forward, up, side);
     cross_unit(side, forward, above);
 
-    const double margin = 0.92; /* of the picture that the bounds may fill */
+    const double margin = 0.92; /* of the picture that the points may fill */
     double tan_y = tan(camera->fov_y_deg * (M_PI / 360)) * margin;
     double tan_x = tan_y * image->width / image->height;
-    double radius2 = 0, distance = 0, height = 0;
-    for (int corner = 0; corner < 8; corner++) {
-        double r[3];
-        for (int i = 0; i < 3; i++)
-            r[i] = (corner >> i & 1 ? 0.5 : -0.5) * (bounds_max[i] - bounds_min[i]);
-        double x = fabs(dot(r, side)), y = fabs(dot(r, above)), z = dot(r, forward);
-        radius2 = fmax(radius2, dot(r, r));
-        distance = fmax(distance, fmax(x / tan_x, y / tan_y) - z);
-        height = fmax(height, 2 * fmax(y, x * image->height / image->width) / margin);
-    }
-    double radius = radius2 > 0 ? sqrt(radius2) : 1;
-    if (camera->orthographic || !(distance > radius))
-        distance = 2 * radius;
-    if (camera->orthographic)
-        camera->ortho_height = height > 0 ? height : 2;
+    double diagonal2 = 0, target[3];
     for (int i = 0; i < 3; i++) {
-        camera->target[i] = bounds_min[i] + (bounds_max[i] - bounds_min[i]) / 2;
-        camera->eye[i] = camera->target[i] - distance * forward[i];
+        double extent = bounds_max[i] - bounds_min[i];
+        target[i] = bounds_min[i] + extent / 2;
+        diagonal2 += extent * extent;
+    }
+    double radius = diagonal2 > 0 ? sqrt(diagonal2) / 2 : 1;
+    double distance = 2 * radius, height = 2 * radius;
+    /* The picture's middle moves to the points' middle, which moves what is seen: three rounds of
+     * it leave a thousandth. */
+    for (int round = 0; round < 4; round++) {
+        double needed = 0, needed_height = 0, point[3];
+        double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+        restart(user);
+        while (next(user, point)) {
+            double r[3];
+            for (int i = 0; i < 3; i++)
+                r[i] = point[i] - target[i];
+            double x = dot(r, side), y = dot(r, above), z = dot(r, forward);
+            needed = fmax(needed, fmax(fabs(x) / tan_x, fabs(y) / tan_y) - z);
+            needed_height =
+                fmax(needed_height, 2 * fmax(fabs(y), fabs(x) * image->height / image->width));
+            double shrink = camera->orthographic ? 1 : distance / fmax(distance + z, radius * 1e-3);
+            low[0] = fmin(low[0], x * shrink), high[0] = fmax(high[0], x * shrink);
+            low[1] = fmin(low[1], y * shrink), high[1] = fmax(high[1], y * shrink);
+        }
+        /* Never so near that a point is beside or behind the eye. */
+        distance = camera->orthographic ? 2 * radius : fmax(needed, 1.05 * radius);
+        height = needed_height > 0 ? needed_height / margin : 2;
+        for (int i = 0; i < 3 && round < 3 && high[0] >= low[0]; i++)
+            target[i] += side[i] * (low[0] + high[0]) / 2 + above[i] * (low[1] + high[1]) / 2;
+    }
+    if (camera->orthographic)
+        camera->ortho_height = height;
+    for (int i = 0; i < 3; i++) {
+        camera->target[i] = target[i];
+        camera->eye[i] = target[i] - distance * forward[i];
     }
     camera->given = true;
 }

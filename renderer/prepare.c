@@ -94,10 +94,45 @@ static bool mirrors(const double m[16]) {
            0;
 }
 
+/* Every vertex of every object, in the world, for framing. */
+struct point_walk {
+    const struct prepared *prepared;
+    size_t object;
+    uint32_t vertex;
+};
+
+static void restart_points(void *user) {
+    struct point_walk *walk = user;
+    walk->object = 0;
+    walk->vertex = 0;
+}
+
+static bool next_point(void *user, double point[3]) {
+    struct point_walk *walk = user;
+    for (; walk->object < walk->prepared->object_count; walk->object++, walk->vertex = 0) {
+        const struct path_object *object = &walk->prepared->objects[walk->object];
+        const struct shell *shell = object->shell;
+        if (walk->vertex == (shell ? shell->vertex_count : object->mesh->vertex_count))
+            continue;
+        const double *local =
+            shell ? shell->position[walk->vertex] : object->mesh->position[walk->vertex];
+        const double *m = object->object->transform;
+        for (int r = 0; r < 3; r++) {
+            point[r] = m[12 + r];
+            for (int c = 0; c < 3; c++)
+                point[r] += m[4 * c + r] * (local[c] + (shell ? shell->center[c] : 0));
+        }
+        walk->vertex++;
+        return true;
+    }
+    return false;
+}
+
 enum status prepare_views(struct prepared *prepared, struct scene *scene, struct view *world,
                           struct error *err) {
     if (!scene->camera.given)
-        camera_frame(&scene->image, prepared->bounds_min, prepared->bounds_max, &scene->camera);
+        camera_frame(&scene->image, prepared->bounds_min, prepared->bounds_max, next_point,
+                     restart_points, &(struct point_walk){.prepared = prepared}, &scene->camera);
     int k = (int)lround(sqrt(scene->image.samples));
     view_from_camera(&scene->camera, &scene->image, prepared->bounds_min, prepared->bounds_max, k,
                      world);
