@@ -114,7 +114,9 @@ $(BUILD)/obj/gen/embedded.o: $(BUILD)/gen/embedded.c
 $(BUILD)/lib/pelt/%.so: renderer/asset/%.cc renderer/asset/%.h
 	@mkdir -p $(@D)
 	@echo "CXX  $<"
-	$(Q)$(CXX) $(CPPFLAGS) $(CXXFLAGS) -shared -o $@ $< $(MODULE_LIBS)
+	$(Q)$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(MODULE_FLAGS) -MMD -MP -shared -o $@ $< $(MODULE_LIBS)
+$(BUILD)/lib/pelt/mesh_gltf.so: MODULE_LIBS := -ltinygltf
+$(BUILD)/lib/pelt/mesh_gltf.so: MODULE_FLAGS = -DPELT_TINYGLTF_VERSION='"$(shell pkg-config --modversion tinygltf)"'
 $(BUILD)/lib/pelt/image_oiio.so: MODULE_LIBS := -lOpenImageIO -lOpenImageIO_Util
 
 $(BUILD)/lib/pelt/http_curl.so: service/module/http_curl.c service/module/http_curl.h

@@ -11,25 +11,29 @@
 extern "C" {
 #endif
 
+struct gltf_surface {
+    float base_color[4]; /* linear */
+    int image;           /* index into images, -1: none */
+};
+
+struct gltf_image {
+    unsigned char *data; /* encoded, as the file has it: PNG or JPEG if it is valid. NULL where it
+                            lies outside the file or only an extension knows it */
+    size_t bytes;
+};
+
 /* A triangle soup, one entry for each corner (3 * triangle_count), node transforms applied, still
- * Y-up as in the file. All arrays malloc'ed; gltf_soup_free of the table releases them. */
+ * Y-up as in the file. All arrays malloc'ed; `free` of the table releases them. */
 struct gltf_soup {
     uint64_t triangle_count;
-    double (*position)[3];
-    float (*normal)[3]; /* all zero where the primitive has none */
+    double (*position)[3]; /* finite, at most 1e30 */
+    float (*normal)[3];    /* of any length; zero where there is none */
     double (*uv)[2];
-    uint8_t *has_normal, *has_uv; /* for each triangle */
+    uint8_t *has_normal, *has_uv; /* for each triangle; UVs that are not finite count as none */
     uint16_t *surface;            /* for each triangle */
-    uint32_t surface_count;
-    struct gltf_surface {
-        float base_color[4];
-        int image; /* -1: none */
-    } * surfaces;
-    uint32_t image_count;
-    struct gltf_image {
-        unsigned char *data; /* encoded: PNG or JPEG bytes */
-        size_t bytes;
-    } * images;
+    uint32_t surface_count, image_count;
+    struct gltf_surface *surfaces;
+    struct gltf_image *images;
 };
 
 enum gltf_outcome { GLTF_OK, GLTF_BAD, GLTF_TOO_COMPLEX, GLTF_OUT_OF_MEMORY };

@@ -44,6 +44,9 @@ enum status mesh_decode_images(const struct gltf_image *images, uint32_t count, 
         return STATUS_IO_ERROR;
     size_t pixels = 0;
     for (uint32_t i = 0; i < count; i++) {
+        if (!images[i].data)
+            return error_fault(err, STATUS_BAD_ASSET, pointer,
+                               "texture %u is not in the file: embed it as PNG or JPEG", i);
         if (!is_png_or_jpeg(&images[i]))
             return error_fault(err, STATUS_BAD_ASSET, pointer, "texture %u is neither PNG nor JPEG",
                                i);
