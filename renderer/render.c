@@ -88,6 +88,7 @@ enum status renderer_create(const struct renderer_options *options, struct rende
         goto fail;
     }
     glCreateVertexArrays(1, &renderer->empty_array);
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE); /* depths reach the buffer as they are */
     describe_cpu(renderer);
     *out = renderer;
     return STATUS_OK;

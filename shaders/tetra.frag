@@ -35,6 +35,11 @@ layout(binding = BINDING_SOLID_GRADIENT) uniform sampler3D solid_gradient;
 layout(binding = BINDING_OCCLUDER) uniform sampler2D occluder;
 #endif
 
+#if (VARIANT & FLAG_SOLID) == 0
+/* What lies wholly behind something opaque is dropped before it is shaded. */
+layout(early_fragment_tests) in;
+#endif
+
 flat in uint cell;
 
 /* rgb: radiance, premultiplied; a: optical depth. */

@@ -22,6 +22,7 @@ enum { DEVICE_BYTES_MAX = 512 << 20, OBJECT_NONE = -1 };
 
 struct corner {
     float x, y; /* in [-1, 1] on the sample grid */
+    float z;    /* depth of the cell's nearest vertex: hides cells that lie wholly behind */
     uint32_t cell;
 };
 
@@ -92,7 +93,7 @@ static enum status tetra_create(void **state, struct error *err) {
     glVertexArrayVertexBuffer(array, 0, tetra->vertices, 0, sizeof(struct corner));
     glVertexArrayElementBuffer(array, tetra->elements);
     glEnableVertexArrayAttrib(array, 0);
-    glVertexArrayAttribFormat(array, 0, 2, GL_FLOAT, GL_FALSE, offsetof(struct corner, x));
+    glVertexArrayAttribFormat(array, 0, 3, GL_FLOAT, GL_FALSE, offsetof(struct corner, x));
     glVertexArrayAttribBinding(array, 0, 0);
     glEnableVertexArrayAttrib(array, 1);
     glVertexArrayAttribIFormat(array, 1, 1, GL_UNSIGNED_INT, offsetof(struct corner, cell));
@@ -114,6 +115,15 @@ static bool grow(void **list, size_t count, size_t more, size_t *capacity, size_
     *list = grown;
     *capacity = wanted;
     return true;
+}
+
+/* The depth (DEPTH_OF_T) of a cell's nearest vertex, rounded toward the eye by more than the
+ * shaders round theirs: whatever is nearer than that hides the whole cell before it is shaded. */
+static float nearest_depth(const struct path_object *object, uint32_t tetra) {
+    double h = INFINITY;
+    for (int v = 0; v < 4; v++)
+        h = fmin(h, object->projection.clip[object->shell->tetra[tetra][v]][2]);
+    return (float)fmin(1, (1 + 1e-5) / (1 + fmax(h, 0)));
 }
 
 /* Appends a tetrahedron's outline as a fan; false where memory ran out. */
@@ -144,10 +154,11 @@ static bool append_outline(struct outlines *out, const struct path_object *objec
     }
     const struct view *view = &object->projection.view;
     uint32_t base = (uint32_t)out->corner_count;
+    float nearest = nearest_depth(object, tetra);
     for (int i = 0; i < corners; i++)
         out->corners[out->corner_count++] =
             (struct corner){(float)(outline[i][0] * 2 / view->width - 1),
-                            (float)(outline[i][1] * 2 / view->height - 1), tetra};
+                            (float)(outline[i][1] * 2 / view->height - 1), nearest, tetra};
     for (int i = 1; i + 1 < corners; i++) {
         out->indices[out->index_count++] = base;
         out->indices[out->index_count++] = base + (uint32_t)i;
@@ -344,22 +355,22 @@ static enum status tetra_draw_solid(void *state, struct picture *picture, struct
 static enum status tetra_draw_media(void *state, struct picture *picture, struct error *err) {
     struct tetra *tetra = state;
     struct gl_target *target = picture->target;
-    glDisable(GL_DEPTH_TEST);
     glDepthMask(GL_FALSE);
     if (picture->occluded) {
-        /* Sampled here, so it must not be attached. */
-        glNamedFramebufferTexture(target->framebuffer, GL_DEPTH_ATTACHMENT, 0, 0);
+        /* Tested, and sampled by the shader for those that pass: both only read, which GL 4.5
+         * section 9.3.1 allows. */
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_GREATER);
         glBindTextureUnit(BINDING_OCCLUDER, target->depth);
+    } else {
+        glDisable(GL_DEPTH_TEST);
     }
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glBlendFuncSeparate(GL_ONE, GL_SRC1_ALPHA, GL_ONE, GL_ONE);
     enum status status = draw_outlines(tetra, picture, &tetra->media, false, err);
     glDisable(GL_BLEND);
-    if (picture->occluded) {
-        glBindTextureUnit(BINDING_OCCLUDER, 0);
-        glNamedFramebufferTexture(target->framebuffer, GL_DEPTH_ATTACHMENT, target->depth, 0);
-    }
+    glBindTextureUnit(BINDING_OCCLUDER, 0);
     return status;
 }
 
