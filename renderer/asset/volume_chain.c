@@ -30,7 +30,7 @@ struct ring {
 };
 
 static struct ring make_ring(const struct scene_material *spec, int row, int column) {
-    static const float steel[3] = {0.50f, 0.51f, 0.53f};
+    static const float steel[3] = {0.40f, 0.41f, 0.43f};
     uint32_t state = random_hash4(spec->seed, 0xc4a1u, (uint32_t)row, (uint32_t)column);
     struct ring ring;
     ring.center[0] = ((float)column + ((row & 1) ? 0.75f : 0.25f)) / RINGS_U;
@@ -93,7 +93,7 @@ static void place_ring(float *solid, const int size[3], const struct ring *ring)
                 float point[3] = {((float)x + 0.5f) * h[0], ((float)y + 0.5f) * h[1],
                                   ((float)z + 0.5f) * h[2]};
                 float depth = depth_in_voxels(ring, point, h);
-                float s = fminf(fmaxf(0.5f + 0.5f * depth, 0.0f), 1.0f);
+                float s = depth > 1.0f ? 1.0f : 0.5f + 0.5f * depth;
                 float *voxel = row + (size_t)wrap(x, size[0]) * 4;
                 if (s <= voxel[3])
                     continue;

@@ -17,10 +17,15 @@
 /* Whole numbers of noise cells across the tile. */
 enum { COVER_CELLS = 3, BILLOW_CELLS = 7, BILLOW_OCTAVES = 3 };
 
-static const float EXTINCTION = 22.0f; /* times the thickness: the heart of a cloud is opaque */
+/* The coarsest grid that shows the shape with one sample a voxel. */
+enum { FINE_SIDE = 48, FINE_DEPTH = 16 };
+
+static const float white[3] = {0.97f, 0.975f, 0.985f};
+static const float EXTINCTION = 18.0f; /* times the thickness: the heart of a cloud is opaque */
 
 static float smooth(float low, float high, float x) {
-    float t = fminf(fmaxf((x - low) / (high - low), 0.0f), 1.0f);
+    float t = (x - low) / (high - low);
+    t = t < 0.0f ? 0.0f : t > 1.0f ? 1.0f : t;
     return t * t * (3.0f - 2.0f * t);
 }
 
@@ -33,7 +38,7 @@ static float cover_at(uint32_t seed, float u, float v) {
                                         u * (float)cells, v * (float)cells, 0.37f, cells, cells);
         amplitude *= 0.45f;
     }
-    return sum + 0.12f;
+    return sum + 0.18f;
 }
 
 /* Rounded bumps: 0 at the creases to about 1. */
@@ -54,6 +59,28 @@ static float height_cost(float w) {
     return base + 0.85f * w * w;
 }
 
+/* Extinction at one point; `cover` is that of its (u, v). */
+static float extinction_at(const struct random_cells cells[BILLOW_OCTAVES], float cover, float u,
+                           float v, float w) {
+    float inside = cover - height_cost(w);
+    if (inside < -0.5f) /* billows add at most about 0.4 */
+        return 0.0f;
+    inside += 1.1f * (billow_at(cells, u, v, w) - 0.62f);
+    return inside > 0.0f ? EXTINCTION * smooth(0.0f, 0.8f, inside) : 0.0f;
+}
+
+/* Adds one column of samples to a column of voxels, `weight` each. The top layer stays empty. */
+static void add_column(const struct random_cells cells[BILLOW_OCTAVES], const int size[3], int deep,
+                       float cover, float u, float v, float weight, float *voxel) {
+    int layers = size[2] > 1 ? size[2] - 1 : 1;
+    size_t layer = (size_t)size[0] * (size_t)size[1] * 4;
+    for (int z = 0; z < layers; z++, voxel += layer)
+        for (int k = 0; k < deep; k++) {
+            float w = ((float)(z * deep + k) + 0.5f) / (float)(size[2] * deep);
+            voxel[3] += weight * extinction_at(cells, cover, u, v, w);
+        }
+}
+
 enum status volume_make_clouds(const struct scene_material *spec, struct volume *volume) {
     const int *size = volume->size;
     enum status status = STATUS_OUT_OF_MEMORY;
@@ -68,34 +95,26 @@ enum status volume_make_clouds(const struct scene_material *spec, struct volume 
         if (!random_cells_make(&cells[octave], seed, n, n, nz))
             goto done;
     }
-    float tint[3] = {0.97f, 0.975f, 0.985f};
-    if (spec->has_color)
-        for (int i = 0; i < 3; i++)
-            tint[i] = (float)spec->color[i];
-    float cost[VOLUME_DEPTH_MAX];
-    for (int z = 0; z < size[2]; z++)
-        cost[z] = height_cost(((float)z + 0.5f) / (float)size[2]);
 
-    size_t layer = (size_t)size[0] * (size_t)size[1] * 4;
-    for (int y = 0; y < size[1]; y++)
-        for (int x = 0; x < size[0]; x++) {
-            float u = ((float)x + 0.5f) / (float)size[0], v = ((float)y + 0.5f) / (float)size[1];
-            float cover = cover_at(spec->seed, u, v);
-            float *voxel = volume->medium + ((size_t)y * (size_t)size[0] + (size_t)x) * 4;
-            for (int z = 0; z < size[2]; z++, voxel += layer) {
-                /* Billows add at most about 0.5 after their mean is taken off. */
-                if (cover - cost[z] < -0.5f || (z == size[2] - 1 && size[2] > 1))
-                    continue;
-                float w = ((float)z + 0.5f) / (float)size[2];
-                float f = cover - cost[z] + 1.1f * (billow_at(cells, u, v, w) - 0.62f);
-                if (f <= 0.0f)
-                    continue;
-                float extinction = EXTINCTION * smooth(0.0f, 0.55f, f);
-                for (int i = 0; i < 3; i++)
-                    voxel[i] = extinction * tint[i];
-                voxel[3] = extinction;
-            }
+    /* Grids too coarse for the shape take the mean of several samples a voxel. */
+    int fine[3];
+    for (int i = 0; i < 3; i++)
+        fine[i] = ((i == 2 ? FINE_DEPTH : FINE_SIDE) + size[i] - 1) / size[i];
+    float weight = 1.0f / ((float)fine[0] * (float)fine[1] * (float)fine[2]);
+    for (int y = 0; y < size[1] * fine[1]; y++)
+        for (int x = 0; x < size[0] * fine[0]; x++) {
+            float u = ((float)x + 0.5f) / (float)(size[0] * fine[0]);
+            float v = ((float)y + 0.5f) / (float)(size[1] * fine[1]);
+            size_t column = (size_t)(y / fine[1]) * (size_t)size[0] + (size_t)(x / fine[0]);
+            add_column(cells, size, fine[2], cover_at(spec->seed, u, v), u, v, weight,
+                       volume->medium + column * 4);
         }
+
+    size_t count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
+    for (size_t i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            volume->medium[4 * i + (size_t)c] =
+                volume->medium[4 * i + 3] * (spec->has_color ? (float)spec->color[c] : white[c]);
     volume->medium_max = volume_medium_max(volume->medium, size);
     status = STATUS_OK;
 done:

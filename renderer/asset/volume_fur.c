@@ -17,16 +17,17 @@
 #include "renderer/asset/volume_random.h"
 
 enum {
-    HAIRS = 5200,     /* in one tile: at the root they cover about a third of the skin */
-    LOCKS_SIDE = 9,   /* locks of hair: a jittered grid of this many squared */
-    UNDERCOAT_OF = 3, /* every third hair is a short one */
+    HAIRS_SIDE = 90, /* hairs in one tile: a jittered grid of this many squared */
+    LOCKS_SIDE = 10, /* locks of hair: likewise */
 };
 
+static const float UNDERCOAT = 0.33f; /* share of short hairs */
+
 /* Sizes are in tile widths. */
-static const float RADIUS_ROOT = 0.0046f; /* about half a voxel of 128 */
-static const float RADIUS_TIP = 0.0016f;
-static const float EXTINCTION_ROOT = 75.0f; /* of a hair's inside, times the thickness */
-static const float EXTINCTION_TIP = 45.0f;
+static const float RADIUS_ROOT = 0.0042f; /* about half a voxel of 128 */
+static const float RADIUS_TIP = 0.0012f;
+static const float EXTINCTION_ROOT = 60.0f; /* of a hair's inside, times the thickness */
+static const float EXTINCTION_TIP = 30.0f;
 
 struct hair {
     float root[2];
@@ -72,23 +73,23 @@ static struct hair make_hair(const struct scene_material *spec, uint32_t index) 
     static const float brown_tip[3] = {0.56f, 0.36f, 0.19f};
     uint32_t state = random_hash4(spec->seed, 0xf0au, index, 1);
     struct hair hair;
-    hair.root[0] = random_next(&state);
-    hair.root[1] = random_next(&state);
+    hair.root[0] = ((float)(index % HAIRS_SIDE) + random_next(&state)) / HAIRS_SIDE;
+    hair.root[1] = ((float)(index / HAIRS_SIDE) + random_next(&state)) / HAIRS_SIDE;
     float center[2] = {hair.root[0], hair.root[1]};
     uint32_t lock = find_lock(spec->seed, hair.root, center);
 
-    bool undercoat = index % UNDERCOAT_OF == 0;
-    float lock_length = 0.80f + 0.20f * random_unit(random_hash2(lock, 1));
+    bool undercoat = random_next(&state) < UNDERCOAT;
+    float lock_length = 0.84f + 0.16f * random_unit(random_hash2(lock, 1));
     hair.length = undercoat ? random_between(&state, 0.25f, 0.55f)
-                            : lock_length * random_between(&state, 0.72f, 0.99f);
+                            : lock_length * random_between(&state, 0.78f, 1.0f);
 
     /* The coat lies along -v, the locks sway from it, each hair a little more. */
     float sway =
-        0.55f * (random_unit(random_hash2(lock, 2)) - 0.5f) + 0.30f * (random_next(&state) - 0.5f);
-    float reach = 0.20f * hair.length * random_between(&state, 0.75f, 1.25f);
+        0.55f * (random_unit(random_hash2(lock, 2)) - 0.5f) + 0.60f * (random_next(&state) - 0.5f);
+    float reach = 0.24f * hair.length * random_between(&state, 0.6f, 1.4f);
     hair.lean[0] = reach * sway;
     hair.lean[1] = -reach;
-    float hold = undercoat ? 0.1f : random_between(&state, 0.35f, 0.75f);
+    float hold = undercoat ? 0.08f : random_between(&state, 0.15f, 0.6f);
     for (int i = 0; i < 2; i++)
         hair.gather[i] = hold * (center[i] - hair.root[i]);
 
@@ -135,20 +136,24 @@ static void splat_capsule(float *layer, const int size[3], const float a[2], con
         high[i] = (int)floorf((fmaxf(a[i], b[i]) + margin[i]) * (float)size[i] - 0.5f);
     }
     float inverse_length2 = length2 > 0.0f ? 1.0f / length2 : 0.0f;
+    float outer = 1.0f + soft, per_soft = 0.5f / soft;
+    int first = wrap(low[0], size[0]);
     for (int y = low[1]; y <= high[1]; y++) {
         float *row = layer + (size_t)wrap(y, size[1]) * (size_t)size[0] * 4;
         float py = (((float)y + 0.5f) * cell[1] - a[1]) / wide[1];
-        for (int x = low[0]; x <= high[0]; x++) {
+        for (int x = low[0], column = first; x <= high[0]; x++, column++) {
+            if (column == size[0])
+                column = 0;
             float px = (((float)x + 0.5f) * cell[0] - a[0]) / wide[0];
             float t = (px * ab[0] + py * ab[1]) * inverse_length2;
-            t = fminf(fmaxf(t, 0.0f), 1.0f);
+            t = t < 0.0f ? 0.0f : t > 1.0f ? 1.0f : t;
             float dx = px - t * ab[0], dy = py - t * ab[1];
             float d2 = dx * dx + dy * dy;
-            if (d2 >= (1.0f + soft) * (1.0f + soft))
+            if (d2 >= outer * outer)
                 continue;
-            float cover = fminf((1.0f + soft - sqrtf(d2)) / (2.0f * soft), 1.0f);
-            float *voxel = row + (size_t)wrap(x, size[0]) * 4;
-            float extinction = amount * cover;
+            float cover = (outer - sqrtf(d2)) * per_soft;
+            float extinction = cover < 1.0f ? amount * cover : amount;
+            float *voxel = row + (size_t)column * 4;
             voxel[0] += extinction * color[0];
             voxel[1] += extinction * color[1];
             voxel[2] += extinction * color[2];
@@ -180,7 +185,7 @@ enum status volume_make_fur(const struct scene_material *spec, struct volume *vo
     volume->medium = volume_alloc_voxels(volume->size);
     if (!volume->medium)
         return STATUS_OUT_OF_MEMORY;
-    for (uint32_t i = 0; i < HAIRS; i++) {
+    for (uint32_t i = 0; i < HAIRS_SIDE * HAIRS_SIDE; i++) {
         struct hair hair = make_hair(spec, i);
         splat_hair(volume->medium, volume->size, &hair);
     }
