@@ -1,0 +1,364 @@
+/* A worker: one GL context in a process of its own, drawing what the front asks for.
+ *
+ * The process ties itself to its parent (a front that dies takes its workers along), caps its own
+ * address space and cores, makes the renderer, warms it with a canary picture, says READY, and then
+ * answers JOB after JOB until the front closes the socket. It trusts the front (same binary, same
+ * machine), not the scene: that is read again here, from the same text that the front has
+ * validated, because a struct full of pointers does not travel.
+ *
+ * Stages: `queue` is everything between the front's validation and this process' picking the job up
+ * (waiting, the socket, an attempt that crashed); `total` runs on one clock from the last byte of
+ * the request to the encoded picture. What happens after that, in the front, no reply could tell.
+ *
+ * Left out on purpose: PR_SET_MDWE (it makes llvmpipe segfault), retries, deadlines and cancelling:
+ * the front ends a worker that is not wanted any more. */
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "api/scene.h"
+#include "renderer/render.h"
+#include "service/ipc.h"
+#include "service/memfd.h"
+#include "service/monotonic.h"
+#include "service/worker.h"
+#include "service/worker_reply.h"
+
+/* An address space of 3 GB turns what would eat the machine into GL_OUT_OF_MEMORY (measured: clean
+ * with llvmpipe). A sanitizer reserves terabytes for its shadow, so there the cap is left out. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define ADDRESS_SPACE_CAPPED 0
+#else
+#define ADDRESS_SPACE_CAPPED 1
+#endif
+static const rlim_t address_space_bytes = (rlim_t)3 << 30;
+
+/* Small scenes, one for each kind of material, so that the shader variants that most scenes need
+ * are compiled before the first client waits for them. The first one is the canary of /readyz. */
+static const char *const canaries[] = {
+    "{\"image\":{\"width\":32,\"height\":32,\"samples\":1},\"objects\":[{\"shell\":{"
+    "\"mesh\":{\"shape\":\"sphere\",\"divisions\":[8,6]},\"base\":{\"color\":[0.5,0.5,0.5]},"
+    "\"material\":{\"builtin\":\"fur\",\"size\":[16,16,8]}}}]}",
+    "{\"image\":{\"width\":32,\"height\":32,\"samples\":1},\"objects\":[{\"shell\":{"
+    "\"mesh\":{\"shape\":\"sphere\",\"divisions\":[8,6]},"
+    "\"material\":{\"builtin\":\"chain\",\"size\":[16,16,8]}}}]}",
+    "{\"image\":{\"width\":32,\"height\":32,\"samples\":1},\"objects\":[{\"shell\":{"
+    "\"mesh\":{\"shape\":\"plane\",\"divisions\":[2,2]},"
+    "\"material\":{\"builtin\":\"homogeneous\"}}}]}",
+};
+
+struct worker_process {
+    int socket;
+    struct renderer *renderer;
+    bool leaving; /* the front has closed the socket, or is gone */
+    bool fault;   /* a message that cannot be: leave with a fault */
+    size_t asset_count;
+    struct held_asset {
+        char name[JOB_ASSET_NAME_MAX];
+        unsigned char sha256[DIGEST_BYTES];
+        int fd;
+        size_t bytes;
+    } assets[JOB_ASSETS_MAX]; /* of the next job */
+};
+
+/* ---- assets, for the renderer ---- */
+
+static enum status asset_open(void *user, const char *name, const char *pointer,
+                              struct asset_bytes *bytes, struct error *err) {
+    struct worker_process *worker = user;
+    for (size_t i = 0; i < worker->asset_count; i++) {
+        struct held_asset *asset = &worker->assets[i];
+        if (strcmp(asset->name, name) != 0)
+            continue;
+        const void *data;
+        enum status status = memfd_map(asset->fd, asset->bytes, &data, err);
+        if (status != STATUS_OK)
+            return status;
+        *bytes = (struct asset_bytes){.data = data, .size = asset->bytes};
+        memcpy(bytes->sha256, asset->sha256, sizeof bytes->sha256);
+        return STATUS_OK;
+    }
+    return error_fault(err, STATUS_ASSET_NOT_FOUND, pointer, "there is no asset named \"%s\"",
+                       name);
+}
+
+static void asset_close(void *user, struct asset_bytes *bytes) {
+    (void)user;
+    memfd_unmap(bytes->data, bytes->size);
+}
+
+static void assets_drop(struct worker_process *worker) {
+    for (size_t i = 0; i < worker->asset_count; i++)
+        close(worker->assets[i].fd);
+    worker->asset_count = 0;
+}
+
+/* ---- a job ---- */
+
+/* Reads the scene, draws or plans it and makes the body of the reply. */
+static enum status job_draw(struct worker_process *worker, const struct ipc_job *job,
+                            const char *json, double taken_ms, struct ipc_done *done, int *body_fd,
+                            struct error *err) {
+    struct arena arena = {0};
+    struct scene scene;
+    enum status status = scene_read(json, job->scene_bytes, &arena, &scene, err);
+    if (status == STATUS_OK)
+        status = scene_check_implemented(&scene, err);
+    double read_ms = monotonic_ms();
+    struct asset_source source = {asset_open, asset_close, worker};
+    struct render_result result = {0};
+    bool plan = job->kind == JOB_PLAN;
+    if (status == STATUS_OK)
+        status = (plan ? renderer_plan : renderer_render)(worker->renderer, &scene, &source,
+                                                          &result, err);
+    if (status == STATUS_OK) {
+        double *stage_ms = result.report.stage_ms;
+        stage_ms[REPORT_STAGE_queue] +=
+            taken_ms - job->received_ms - job->parse_ms - job->assets_ms;
+        stage_ms[REPORT_STAGE_parse] += job->parse_ms + read_ms - taken_ms;
+        stage_ms[REPORT_STAGE_assets] += job->assets_ms;
+        size_t bytes = 0;
+        status = worker_reply_make(plan ? WORKER_REPLY_PLAN : WORKER_REPLY_PICTURE,
+                                   (enum job_format)job->format, job->received_ms, &result, body_fd,
+                                   &bytes, err);
+        done->body_bytes = bytes;
+        memcpy(done->stage_ms, stage_ms, sizeof done->stage_ms);
+        done->total_ms = result.report.total_ms;
+        render_result_finish(&result);
+    }
+    arena_free(&arena);
+    return status;
+}
+
+static enum status canary_draw(struct worker_process *worker, const char *json, struct error *err) {
+    struct arena arena = {0};
+    struct scene scene;
+    struct asset_source source = {asset_open, asset_close, worker};
+    struct render_result result;
+    enum status status = scene_read(json, strlen(json), &arena, &scene, err);
+    if (status == STATUS_OK)
+        status = scene_check_implemented(&scene, err);
+    if (status == STATUS_OK)
+        status = renderer_render(worker->renderer, &scene, &source, &result, err);
+    if (status == STATUS_OK)
+        render_result_finish(&result);
+    arena_free(&arena);
+    return status;
+}
+
+static void job_answer(struct worker_process *worker, uint64_t id, enum status status,
+                       struct ipc_done *done, int body_fd, struct error *err) {
+    if (status != STATUS_OK) {
+        size_t bytes = 0;
+        memset(done, 0, sizeof *done);
+        if (ipc_faults_write(err, &body_fd, &bytes) != STATUS_OK)
+            body_fd = -1;
+        done->body_bytes = bytes;
+        done->faults_left_out = (uint32_t)err->faults_left_out;
+    }
+    done->status = (int32_t)status;
+    struct ipc_message reply = {
+        .header = {.type = IPC_DONE, .job = id}, .body.done = *done, .fd = body_fd};
+    if (body_fd < 0 || ipc_send(worker->socket, &reply, 0) != 0)
+        worker->leaving = worker->fault = true; /* the front sees the end of this process */
+    if (body_fd >= 0)
+        close(body_fd);
+}
+
+/* ---- messages ---- */
+
+typedef void handler(struct worker_process *worker, struct ipc_message *message);
+
+static void handle_asset(struct worker_process *worker, struct ipc_message *message) {
+    struct ipc_asset *asset = &message->body.asset;
+    if (worker->asset_count == JOB_ASSETS_MAX || !memfd_is_sealed(message->fd, asset->bytes)) {
+        worker->leaving = worker->fault = true;
+        return;
+    }
+    struct held_asset *held = &worker->assets[worker->asset_count++];
+    memcpy(held->name, asset->name, sizeof held->name);
+    held->name[sizeof held->name - 1] = 0;
+    memcpy(held->sha256, asset->sha256, sizeof held->sha256);
+    held->bytes = asset->bytes;
+    held->fd = message->fd;
+    message->fd = -1;
+}
+
+static void handle_job(struct worker_process *worker, struct ipc_message *message) {
+    double taken_ms = monotonic_ms();
+    const struct ipc_job *job = &message->body.job;
+    struct error err = {0};
+    struct ipc_done done = {0};
+    int body_fd = -1;
+    enum status status = STATUS_OK;
+    const void *json = NULL;
+    if (job->asset_count != worker->asset_count || job->scene_bytes > SCENE_BYTES_MAX ||
+        !memfd_is_sealed(message->fd, job->scene_bytes)) {
+        worker->leaving = worker->fault = true;
+    } else if (job->kind == JOB_CANARY) {
+        status = canary_draw(worker, canaries[0], &err);
+        size_t none = 0;
+        if (status == STATUS_OK)
+            status = ipc_faults_write(&err, &body_fd, &none); /* an empty body */
+        done.total_ms = monotonic_ms() - job->received_ms;
+        job_answer(worker, message->header.job, status, &done, body_fd, &err);
+    } else {
+        status = memfd_map(message->fd, job->scene_bytes, &json, &err);
+        if (status == STATUS_OK)
+            status = job_draw(worker, job, json ? json : "", taken_ms, &done, &body_fd, &err);
+        memfd_unmap(json, job->scene_bytes);
+        job_answer(worker, message->header.job, status, &done, body_fd, &err);
+    }
+    error_clear(&err);
+    assets_drop(worker);
+}
+
+static handler *const handlers[IPC_TYPE_COUNT] = {
+    [IPC_ASSET] = handle_asset,
+    [IPC_JOB] = handle_job,
+};
+
+static int serve(struct worker_process *worker) {
+    while (!worker->leaving) {
+        struct ipc_message message;
+        int got = ipc_receive(worker->socket, &message, 0);
+        if (got == 0)
+            break;
+        handler *handle = got == 1 ? handlers[message.header.type] : NULL;
+        if (handle)
+            handle(worker, &message);
+        else
+            worker->leaving = worker->fault = true;
+        if (message.fd >= 0)
+            close(message.fd);
+    }
+    assets_drop(worker);
+    return worker->fault ? status_exit_code(STATUS_INTERNAL) : 0;
+}
+
+/* ---- start ---- */
+
+static void limit(int what, rlim_t value) {
+    struct rlimit now;
+    if (getrlimit(what, &now) == 0 && (now.rlim_max == RLIM_INFINITY || value <= now.rlim_max)) {
+        now.rlim_cur = now.rlim_max = value;
+        if (setrlimit(what, &now) != 0)
+            fprintf(stderr, "pelt worker: setrlimit: %s\n", strerror(errno));
+    }
+}
+
+/* SIGTERM and SIGINT reach the whole group (a terminal, systemd's KillMode): the front finishes
+ * what is in flight and needs its workers for that, so they leave when their socket closes and no
+ * sooner. */
+static int process_settle(long parent) {
+    signal(SIGTERM, SIG_IGN);
+    signal(SIGINT, SIG_IGN);
+    signal(SIGPIPE, SIG_IGN);
+    if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0)
+        return -1;
+    if (getppid() != parent)
+        return -1; /* it died before the line above */
+    limit(RLIMIT_CORE, 0);
+    if (ADDRESS_SPACE_CAPPED)
+        limit(RLIMIT_AS, address_space_bytes);
+    return 0;
+}
+
+static void say_failed(int socket, enum status status, const struct error *err) {
+    struct ipc_message message = {.header = {.type = IPC_FAILED}, .fd = -1};
+    message.body.failed.status = (int32_t)status;
+    size_t at = 0, room = sizeof message.body.failed.message;
+    for (size_t i = 0; i < err->fault_count && at + 1 < room; i++) {
+        int n = snprintf(message.body.failed.message + at, room - at, "%s%s", i ? "; " : "",
+                         err->faults[i].message ? err->faults[i].message : "");
+        at += n > 0 ? (size_t)n : 0;
+    }
+    if (ipc_send(socket, &message, 0) != 0)
+        fprintf(stderr, "pelt worker: %s\n", message.body.failed.message);
+}
+
+/* What this process draws with, as the report of the first canary tells it. */
+static enum status say_ready(struct worker_process *worker, struct error *err) {
+    struct ipc_message message = {.header = {.type = IPC_READY}, .fd = -1};
+    double start_ms = monotonic_ms();
+    for (size_t i = 1; i < sizeof canaries / sizeof *canaries; i++) {
+        enum status status = canary_draw(worker, canaries[i], err);
+        if (status != STATUS_OK)
+            return status;
+    }
+    struct arena arena = {0};
+    struct scene scene;
+    struct asset_source source = {asset_open, asset_close, worker};
+    struct render_result result;
+    enum status status = scene_read(canaries[0], strlen(canaries[0]), &arena, &scene, err);
+    if (status == STATUS_OK)
+        status = renderer_render(worker->renderer, &scene, &source, &result, err);
+    if (status == STATUS_OK) {
+        const struct report *report = &result.report;
+        struct ipc_ready *ready = &message.body.ready;
+        memcpy(ready->backend, report->backend, sizeof ready->backend);
+        memcpy(ready->device, report->device, sizeof ready->device);
+        memcpy(ready->gl_renderer, report->gl_renderer, sizeof ready->gl_renderer);
+        memcpy(ready->gl_version, report->gl_version, sizeof ready->gl_version);
+        memcpy(ready->cpu, report->cpu, sizeof ready->cpu);
+        ready->threads = report->threads;
+        ready->clock = (int32_t)report->clock;
+        ready->canary_ms = monotonic_ms() - start_ms;
+        render_result_finish(&result);
+        if (ipc_send(worker->socket, &message, 0) != 0)
+            status = error_fault(err, STATUS_IO_ERROR, NULL, "the front is gone");
+    }
+    arena_free(&arena);
+    return status;
+}
+
+static int usage(void) {
+    fputs("pelt worker: started by `pelt serve` only\n", stderr);
+    return status_exit_code(STATUS_USAGE);
+}
+
+/* pelt worker PARENT auto|egl|osmesa DEVICE hardware|any */
+int worker_main(int argc, char **argv) {
+    static const char *const backends[] = {[RENDER_BACKEND_AUTO] = "auto",
+                                           [RENDER_BACKEND_EGL] = "egl",
+                                           [RENDER_BACKEND_OSMESA] = "osmesa"};
+    if (argc != 5 || fcntl(IPC_WORKER_FD, F_SETFD, FD_CLOEXEC) != 0)
+        return usage();
+    struct renderer_options options = {.device = (int)strtol(argv[3], NULL, 10),
+                                       .require_hardware = strcmp(argv[4], "hardware") == 0};
+    size_t backend = 0;
+    while (backend < sizeof backends / sizeof *backends && strcmp(argv[2], backends[backend]) != 0)
+        backend++;
+    if (backend == sizeof backends / sizeof *backends)
+        return usage();
+    options.backend = (enum render_backend)backend;
+    if (process_settle(strtol(argv[1], NULL, 10)) != 0)
+        return status_exit_code(STATUS_INTERNAL);
+
+    struct worker_process *worker = calloc(1, sizeof *worker);
+    struct error err = {0};
+    if (!worker)
+        return status_exit_code(STATUS_OUT_OF_MEMORY);
+    worker->socket = IPC_WORKER_FD;
+    int code;
+    enum status status = renderer_create(&options, &worker->renderer, &err);
+    if (status == STATUS_OK)
+        status = say_ready(worker, &err);
+    if (status == STATUS_OK) {
+        code = serve(worker);
+    } else {
+        say_failed(worker->socket, status, &err);
+        code = status_exit_code(status);
+    }
+    renderer_destroy(worker->renderer);
+    error_clear(&err);
+    free(worker);
+    return code;
+}
