@@ -1,0 +1,28 @@
+/* POST /v1/render and /v1/plan: from the body as it arrives to the job and its reply. */
+#ifndef PELT_SERVICE_RENDER_REQUEST_H
+#define PELT_SERVICE_RENDER_REQUEST_H
+
+#include "service/request.h"
+
+enum { RENDER_REQUEST_TYPES = 3 };
+extern const char *const render_request_types[RENDER_REQUEST_TYPES];
+
+/* The head is there: prepares for a body of that Content-Type. STATUS_UNSUPPORTED_MEDIA_TYPE,
+ * STATUS_BAD_REQUEST. */
+enum status render_request_begin(struct request *request, const char *content_type,
+                                 struct error *err);
+
+/* The next bytes of the body. STATUS_SCENE_TOO_LARGE, STATUS_BAD_REQUEST, STATUS_QUEUE_FULL (too
+ * much is held for others), STATUS_OUT_OF_MEMORY. After a failure the rest may be dropped. */
+enum status render_request_body(struct request *request, const char *data, size_t bytes,
+                                struct error *err);
+
+/* The route's `answer`. */
+enum MHD_Result render_request_answer(struct request *request);
+
+/* A canary for /readyz: suspends the connection until a worker has drawn it, or replies. */
+enum MHD_Result render_request_canary(struct request *request);
+
+void render_request_finish(struct request *request); /* frees what it holds */
+
+#endif

@@ -1,0 +1,27 @@
+/* Replies: every one carries X-Request-Id and Server-Timing, every error is a problem document. */
+#ifndef PELT_SERVICE_REPLY_H
+#define PELT_SERVICE_REPLY_H
+
+#include <stddef.h>
+
+#include "service/request.h"
+
+/* All of them queue a reply and return what the handler is to return. */
+
+/* `text` is malloc'ed and taken over. NULL: an out-of-memory problem is sent. */
+enum MHD_Result reply_text(struct request *request, unsigned http_status, const char *type,
+                           char *text, size_t bytes);
+
+/* Text that lives as long as the program. */
+enum MHD_Result reply_static(struct request *request, unsigned http_status, const char *type,
+                             const char *text, size_t bytes);
+
+/* The body that a worker made for request->job; takes its descriptor over. */
+enum MHD_Result reply_job(struct request *request, const char *type);
+
+/* A problem document for `error`, with Retry-After where `retry_after_s` > 0 and Allow where the
+ * method is at fault. `close`: the connection ends with this reply. */
+enum MHD_Result reply_error(struct request *request, const struct error *error,
+                            double retry_after_s, bool close);
+
+#endif
