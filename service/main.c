@@ -5,6 +5,8 @@
 
 #include "api/status.h"
 #include "service/render.h"
+#include "service/serve.h"
+#include "service/worker.h"
 
 static int help_main(int argc, char **argv);
 static int version_main(int argc, char **argv);
@@ -17,6 +19,8 @@ static const struct command {
     {"render", render_main, "draw scenes into picture files, here or by a daemon"},
     {"validate", validate_main, "read scenes and name every fault, without drawing"},
     {"plan", plan_main, "say which passes a scene needs, and which are left out and why"},
+    {"serve", serve_main, "answer scenes with pictures over HTTP"},
+    {"worker", worker_main, NULL},
     {"help", help_main, "this text; `pelt help exit-codes` lists the exit codes"},
     {"version", version_main, "print the version"},
 };
