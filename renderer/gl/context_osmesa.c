@@ -61,7 +61,7 @@ static enum status osmesa_open(const struct gl_options *options, void **state, c
     if (options->require_hardware)
         return error_fault(err, STATUS_NO_GL, NULL,
                            "OSMesa draws in software only, and hardware is required");
-    const char *name = gl_library_name("PELT_OSMESA_LIBRARY", "libOSMesa.so.8");
+    const char *name = gl_library_name("PELT_OSMESA_LIBRARY", GL_OSMESA_LIBRARY);
     void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL);
     if (!library)
         return error_fault(err, STATUS_NO_GL, NULL,

@@ -25,6 +25,8 @@ struct gl_driver {
     void (*close)(void *state);
 };
 
+#define GL_OSMESA_LIBRARY "libOSMesa.so.8"
+
 extern const struct gl_driver gl_driver_egl, gl_driver_osmesa;
 
 /* The name to give dlopen(): the environment's `variable` if set and not empty, else `name`. */
