@@ -117,6 +117,10 @@ const void *module_open(enum module module, struct error *err) {
     return module_open_spec(&table[module], err);
 }
 
+const struct module_spec *module_describe(enum module module) {
+    return &table[module];
+}
+
 size_t module_loaded(const char *names[MODULE_COUNT]) {
     size_t count = 0;
     for (int i = 0; i < MODULE_COUNT; i++) {

@@ -23,6 +23,9 @@ struct module_spec {
 };
 const void *module_open_spec(const struct module_spec *spec, struct error *err);
 
+/* What is known of a module without opening it; static. */
+const struct module_spec *module_describe(enum module module);
+
 /* Names of the libraries opened so far in this process, e.g. "OpenImageIO", static strings; returns
  * how many. Thread: the one that renders. */
 size_t module_loaded(const char *names[MODULE_COUNT]);
