@@ -245,19 +245,19 @@ static void miss(json_t *missing, const char *what, const char *packages, bool n
                                              "needed", needed));
 }
 
-/* What to install. A backend is needed only where no other works. */
+/* What to install. A backend is needed only where no other works, and then it is EGL: OSMesa is on
+ * its way out. */
 static json_t *list_missing(const json_t *egl, const json_t *osmesa, const json_t *modules) {
     json_t *missing = json_array(), *module;
     size_t i;
-    bool none = !is_usable(egl) && !is_usable(osmesa);
     if (!is_usable(egl))
         miss(missing, "EGL",
              json_is_false(json_object_get(egl, "library_opened"))
                  ? "libegl1 libegl-mesa0 libgl1-mesa-dri"
                  : "libegl-mesa0 libgl1-mesa-dri",
-             none);
+             !is_usable(osmesa));
     if (!is_usable(osmesa))
-        miss(missing, "OSMesa", "libosmesa6", none && is_usable(egl));
+        miss(missing, "OSMesa", "libosmesa6", false);
     json_array_foreach(modules, i, module) if (!is_usable(module))
         miss(missing, json_string_value(json_object_get(module, "name")),
              json_string_value(json_object_get(module, "package")), false);

@@ -1,6 +1,7 @@
 /* The doctor's findings for people: one paragraph a subject, and at the end the command to type. */
 #include <stdbool.h>
 #include <string.h>
+#include <strings.h>
 
 #include "service/doctor.h"
 
@@ -27,16 +28,25 @@ static void print_messages(FILE *out, const json_t *found) {
     }
 }
 
+/* A message may open with the backend's name, which stands before it here anyway. */
+static const char *without_title(const char *why, const char *title) {
+    size_t length = strlen(title);
+    return strncasecmp(why, title, length) == 0 && strncmp(why + length, ": ", 2) == 0
+               ? why + length + 2
+               : why;
+}
+
 static void print_backend(FILE *out, const char *title, const json_t *found) {
     if (is_true(found, "usable"))
         fprintf(out,
                 "%-9s works: %s, OpenGL %s, %s\n"
-                "          opened %s in %.0f ms; times are taken by %s\n",
+                "          opened in %.0f ms: %s; times are taken by %s\n",
                 title, string(found, "gl_renderer"), string(found, "gl_version"),
-                is_true(found, "software") ? "software" : "hardware", string(found, "device"),
-                json_real_value(json_object_get(found, "open_ms")), string(found, "clock"));
+                is_true(found, "software") ? "software" : "hardware",
+                json_real_value(json_object_get(found, "open_ms")), string(found, "device"),
+                string(found, "clock"));
     else
-        fprintf(out, "%-9s does not work: %s\n", title, string(found, "why"));
+        fprintf(out, "%-9s does not work: %s\n", title, without_title(string(found, "why"), title));
     const json_t *devices = json_object_get(found, "devices"), *device;
     size_t i;
     json_array_foreach(devices, i, device) fprintf(out, "          %s\n", string(device, "name"));
