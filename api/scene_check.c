@@ -25,49 +25,57 @@ static void cross3(const double a[3], const double b[3], double out[3]) {
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-static void refuse_member(struct reader *reader, enum refusal refusal, const char *member) {
-    size_t mark = json_path_enter_name(&reader->path, member);
+/* At the member, or at the object where its default is to blame. */
+static void refuse_member(struct reader *reader, const json_t *json, enum refusal refusal,
+                          const char *member) {
+    size_t mark = reader->path.length;
+    if (json_object_get(json, member))
+        json_path_enter_name(&reader->path, member);
     reader_refuse(reader, refusal, "%s", "");
     json_path_leave(&reader->path, mark);
 }
 
-static void check_camera(struct reader *reader, const struct scene_camera *camera) {
+static void check_camera(struct reader *reader, const json_t *json,
+                         const struct scene_camera *camera) {
     double view[3], side[3];
     for (int i = 0; i < 3; i++)
         view[i] = camera->target[i] - camera->eye[i];
     double distance = length3(view), up = length3(camera->up);
     if (distance < length_min) {
-        refuse_member(reader, REFUSAL_EYE_AT_TARGET, "target");
+        refuse_member(reader, json, REFUSAL_EYE_AT_TARGET, "target");
         return;
     }
     if (up < length_min) {
-        refuse_member(reader, REFUSAL_ZERO_DIRECTION, "up");
+        refuse_member(reader, json, REFUSAL_ZERO_DIRECTION, "up");
         return;
     }
     const double v[3] = {view[0] / distance, view[1] / distance, view[2] / distance};
     const double u[3] = {camera->up[0] / up, camera->up[1] / up, camera->up[2] / up};
     cross3(v, u, side);
     if (length3(side) < sine_min)
-        refuse_member(reader, REFUSAL_UP_PARALLEL, "up");
+        refuse_member(reader, json, REFUSAL_UP_PARALLEL, "up");
 }
 
-static void check_light(struct reader *reader, const struct scene_light *light) {
+static void check_light(struct reader *reader, const json_t *json,
+                        const struct scene_light *light) {
     if (length3(light->direction) < length_min)
-        refuse_member(reader, REFUSAL_ZERO_DIRECTION, "direction");
+        refuse_member(reader, json, REFUSAL_ZERO_DIRECTION, "direction");
 }
 
-static void check_transform(struct reader *reader, struct scene_transform *transform) {
+static void check_transform(struct reader *reader, const json_t *json,
+                            struct scene_transform *transform) {
     scene_transform_compose(transform);
     const double *m = transform->matrix;
     if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) {
-        refuse_member(reader, REFUSAL_NOT_AFFINE, "matrix");
+        refuse_member(reader, json, REFUSAL_NOT_AFFINE, "matrix");
         return;
     }
     double column[3][3], normal[3], determinant = 0;
     for (int i = 0; i < 3; i++) {
         double length = length3(m + 4 * i);
         if (length < length_min) {
-            refuse_member(reader, REFUSAL_SINGULAR, transform->is_matrix ? "matrix" : "scale");
+            refuse_member(reader, json, REFUSAL_SINGULAR,
+                          transform->is_matrix ? "matrix" : "scale");
             return;
         }
         for (int k = 0; k < 3; k++)
@@ -77,7 +85,7 @@ static void check_transform(struct reader *reader, struct scene_transform *trans
     for (int k = 0; k < 3; k++)
         determinant += normal[k] * column[2][k];
     if (fabs(determinant) < determinant_min)
-        refuse_member(reader, REFUSAL_SINGULAR, transform->is_matrix ? "matrix" : "scale");
+        refuse_member(reader, json, REFUSAL_SINGULAR, transform->is_matrix ? "matrix" : "scale");
 }
 
 static void check_skeleton(struct reader *reader, struct scene_skeleton *skeleton) {
@@ -133,7 +141,6 @@ static void count_triangles(struct reader *reader, const struct scene_mesh *mesh
         return;
     size_t mark = json_path_enter_name(&reader->path, first);
     json_path_enter_name(&reader->path, second);
-    json_path_enter_name(&reader->path, "divisions");
     reader_refuse(reader, REFUSAL_TRIANGLES, "%lld up to here, at most %d", (long long)*total,
                   SCENE_TRIANGLES_MAX);
     json_path_leave(&reader->path, mark);
@@ -183,16 +190,16 @@ void reader_check(struct reader *reader, enum scene_node node, const json_t *jso
         check_image(reader, out);
         break;
     case SCENE_NODE_camera:
-        check_camera(reader, out);
+        check_camera(reader, json, out);
         break;
     case SCENE_NODE_light:
-        check_light(reader, out);
+        check_light(reader, json, out);
         break;
     case SCENE_NODE_object:
         check_object(reader, json, out);
         break;
     case SCENE_NODE_transform:
-        check_transform(reader, out);
+        check_transform(reader, json, out);
         break;
     case SCENE_NODE_skeleton:
         check_skeleton(reader, out);

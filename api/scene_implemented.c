@@ -32,6 +32,31 @@ static bool other_traversal(const struct look *look) {
     return look->object->quality.traversal != SCENE_TRAVERSAL_FIXED;
 }
 
+/* The quality of other paths, where `auto` may choose. */
+static bool slices(const struct look *look) {
+    return look->object->quality.slices != 0;
+}
+
+static bool method(const struct look *look) {
+    return look->object->quality.method != SCENE_SLICING_AUTO;
+}
+
+static bool rank(const struct look *look) {
+    return look->object->quality.rank != 0;
+}
+
+static bool iterations(const struct look *look) {
+    return look->object->quality.iterations != 0;
+}
+
+static bool relief_steps(const struct look *look) {
+    return look->object->quality.relief_steps != 0;
+}
+
+static bool bisections(const struct look *look) {
+    return look->object->quality.bisections != 0;
+}
+
 static bool material_is(const struct look *look, enum scene_material_kind kind) {
     return look->object->kind == SCENE_OBJECT_SHELL && look->object->shell.material.kind == kind;
 }
@@ -80,15 +105,21 @@ static const struct {
 } rows[] = {
     {LIGHT, shadow, {"shadow"}, "shadows"},
     {OBJECT, skeleton, {"skeleton"}, "skeletons"},
-    {OBJECT, other_path, {"path"}, "paths other than `tetra`"},
-    {OBJECT, order_walk, {"quality", "order"}, "the order `walk`"},
-    {OBJECT, other_traversal, {"quality", "traversal"}, "traversals other than `fixed`"},
+    {OBJECT, other_path, {"path"}, "by this path"},
+    {OBJECT, order_walk, {"quality", "order"}, "in this order"},
+    {OBJECT, other_traversal, {"quality", "traversal"}, "by this traversal"},
+    {OBJECT, slices, {"quality", "slices"}, "by slicing"},
+    {OBJECT, method, {"quality", "method"}, "by slicing"},
+    {OBJECT, rank, {"quality", "rank"}, "by gdm"},
+    {OBJECT, iterations, {"quality", "iterations"}, "by distance"},
+    {OBJECT, relief_steps, {"quality", "relief_steps"}, "by frusta"},
+    {OBJECT, bisections, {"quality", "bisections"}, "by frusta"},
     {OBJECT, other_builtin, {"shell", "material", "builtin"}, "this material"},
     {OBJECT, volume, {"shell", "material", "volume"}, "volumes from assets"},
     {OBJECT, geometry, {"shell", "material", "geometry"}, "materials of real geometry"},
-    {SCENE, max_error, {"target", "max_error"}, "a target"},
-    {SCENE, deadline, {"target", "deadline_ms"}, "a target"},
-    {SCENE, measured_error, {"report", "error"}, "the measurement of errors"},
+    {SCENE, max_error, {"target", "max_error"}, "to a target"},
+    {SCENE, deadline, {"target", "deadline_ms"}, "to a target"},
+    {SCENE, measured_error, {"report", "error"}, "with a measured error"},
 };
 
 static void judge(enum about about, const struct look *look, struct json_path *path,
