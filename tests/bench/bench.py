@@ -1,0 +1,250 @@
+#!/usr/bin/env python3
+"""What Pelt promises in numbers, measured: prints a table for each figure with the median, the spread
+from the 10th to the 90th percentile, and the command that gives it. Everything is warm: the first
+runs are not counted.
+
+Usage: bench.py BUILD [--json] [--only demo,service,sort,memory,cold] [--repeats N]
+The exit code is 0 whatever was measured: a machine may be slow or busy; numbers are for reading."""
+
+import argparse
+import http.client
+import json
+import math
+import os
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+EXAMPLES = os.path.join(ROOT, "api", "examples")
+
+
+def percentile(values, p):
+    values = sorted(values)
+    at = p * (len(values) - 1)
+    low = math.floor(at)
+    high = min(low + 1, len(values) - 1)
+    return values[low] + (values[high] - values[low]) * (at - low)
+
+
+def spread(values):
+    return {"median": percentile(values, 0.5), "p10": percentile(values, 0.1),
+            "p90": percentile(values, 0.9), "runs": len(values)}
+
+
+def text(s, unit="ms", digits=1):
+    return f"{s['median']:.{digits}f} {unit} [{s['p10']:.{digits}f}-{s['p90']:.{digits}f}]"
+
+
+class Daemon:
+    """pelt serve on a free port, with a connection that is kept alive."""
+
+    def __init__(self, pelt, *options):
+        self.process = subprocess.Popen(
+            [pelt, "serve", "--listen", "127.0.0.1:0", *options], stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL, text=True)
+        line = self.process.stdout.readline()
+        match = re.search(r"http://([^:]+):(\d+)", line)
+        if not match:
+            raise SystemExit(f"the daemon did not start: {line!r}")
+        self.connection = http.client.HTTPConnection(match.group(1), int(match.group(2)),
+                                                     timeout=120)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.connection.close()
+        self.process.terminate()
+        self.process.wait(30)
+
+    def children(self):
+        with open(f"/proc/{self.process.pid}/task/{self.process.pid}/children") as file:
+            return [int(pid) for pid in file.read().split()]
+
+    def post(self, body, content_type, accept):
+        """Milliseconds from before the first byte of the request to the last of the reply."""
+        began = time.perf_counter()
+        self.connection.request("POST", "/v1/render", body,
+                                {"Content-Type": content_type, "Accept": accept})
+        reply = self.connection.getresponse()
+        data = reply.read()
+        ms = (time.perf_counter() - began) * 1000
+        if reply.status != 200:
+            raise SystemExit(f"the daemon answered {reply.status}: {data[:400]!r}")
+        return ms, reply, data
+
+
+def multipart(scene, assets):
+    boundary = "pelt-bench-boundary"
+    parts = [("scene", "application/json", json.dumps(scene).encode())]
+    parts += [(name, "application/octet-stream", data) for name, data in assets.items()]
+    body = b"".join(
+        f'--{boundary}\r\nContent-Disposition: form-data; name="{name}"; filename="{name}"\r\n'
+        f"Content-Type: {kind}\r\n\r\n".encode() + data + b"\r\n" for name, kind, data in parts)
+    return body + f"--{boundary}--\r\n".encode(), f"multipart/form-data; boundary={boundary}"
+
+
+def demo_scene(side):
+    with open(os.path.join(EXAMPLES, "demo.json")) as file:
+        scene = json.load(file)
+    scene["image"].update(width=side, height=side)
+    with open(os.path.join(EXAMPLES, "bunny.glb"), "rb") as file:
+        return scene, {"bunny.glb": file.read()}
+
+
+def bench_demo(pelt, repeats):
+    """Each stage of the demo scene at 512 x 512, warm."""
+    body, kind = multipart(*demo_scene(512))
+    stages, totals, report = {}, [], {}
+    with Daemon(pelt, "--workers", "1") as daemon:
+        for run in range(repeats + 2):
+            _, _, data = daemon.post(body, kind, "application/json")
+            report = json.loads(data)["report"]
+            if run < 2:
+                continue
+            for stage, ms in report["timing_ms"].items():
+                (totals if stage == "total" else stages.setdefault(stage, [])).append(ms)
+    rows = [{"figure": f"demo 512 x 512: {stage}", "measured": spread(ms), "unit": "ms"}
+            for stage, ms in stages.items() if max(ms) > 0]
+    rows.append({"figure": "demo 512 x 512: total", "measured": spread(totals), "unit": "ms",
+                 "note": f"{report['work']['tetrahedra']} tetrahedra, "
+                         f"{report['work']['samples']} samples, {report['renderer']['threads']} threads"})
+    return rows
+
+
+def bench_service(pelt, repeats):
+    """The client's wall time less all stages but queue and parse, assets cached."""
+    body, kind = multipart(*demo_scene(256))
+    overheads = []
+    with Daemon(pelt, "--workers", "1") as daemon:
+        for run in range(3 * repeats + 3):
+            ms, reply, _ = daemon.post(body, kind, "image/png")
+            stages = dict(re.findall(r"(\w+);dur=([\d.]+)", reply.headers["Server-Timing"]))
+            inner = sum(float(value) for stage, value in stages.items()
+                        if stage not in ("total", "queue", "parse"))
+            if run >= 3:
+                overheads.append(ms - inner)
+    return [{"figure": "service overhead, 256 x 256, assets cached", "asked": "at most 3 ms",
+             "measured": spread(overheads), "unit": "ms", "digits": 2,
+             "met": percentile(overheads, 0.5) <= 3}]
+
+
+def bench_sort(build, repeats):
+    """SXMPVO on closed tori, 512 x 512 A-buffer; growth between the smallest and the largest."""
+    rows, points = [], []
+    for asked in (10000, 30000, 100000, 300000, 1000000):
+        run = subprocess.run([os.path.join(build, "tests/bench/bench_sort"), str(asked),
+                              str(repeats)], check=True, capture_output=True, text=True)
+        result = json.loads(run.stdout)
+        s = spread(result["ms"])
+        points.append((result["tetrahedra"], s["median"]))
+        rows.append({"figure": f"SXMPVO, {result['tetrahedra']} tetrahedra", "measured": s,
+                     "unit": "ms", "note": f"{result['fragments']} fragments, {result['edges']} "
+                                           f"edges, {result['cycles']} cycles"})
+    logs = [(math.log(n), math.log(ms)) for n, ms in points]
+    mean_x = sum(x for x, _ in logs) / len(logs)
+    mean_y = sum(y for _, y in logs) / len(logs)
+    slope = (sum((x - mean_x) * (y - mean_y) for x, y in logs)
+             / sum((x - mean_x) ** 2 for x, _ in logs))
+    # n log n has no single exponent: its own, fitted to the same n, is the bar.
+    bar_logs = [(x, x + math.log(x)) for x, _ in logs]
+    bar_y = sum(y for _, y in bar_logs) / len(bar_logs)
+    bar = (sum((x - mean_x) * (y - bar_y) for x, y in bar_logs)
+           / sum((x - mean_x) ** 2 for x, _ in bar_logs))
+    rows.append({"figure": "SXMPVO, growth", "asked": f"no faster than n log n (n^{bar:.2f})",
+                 "value": f"n^{slope:.2f}", "met": slope <= bar})
+    return rows
+
+
+def resident_mib(pid, field="VmRSS"):
+    with open(f"/proc/{pid}/status") as file:
+        for line in file:
+            if line.startswith(field + ":"):
+                return int(line.split()[1]) / 1024
+    raise SystemExit(f"process {pid} has no {field}")
+
+
+def bench_memory(pelt, repeats):
+    """Resident memory of front and worker after the demo, peaks included."""
+    body, kind = multipart(*demo_scene(512))
+    with Daemon(pelt, "--workers", "1") as daemon:
+        for _ in range(max(3, repeats // 3)):
+            daemon.post(body, kind, "application/json")
+        front = resident_mib(daemon.process.pid), resident_mib(daemon.process.pid, "VmHWM")
+        worker = max((resident_mib(pid), resident_mib(pid, "VmHWM")) for pid in daemon.children())
+    return [{"figure": f"memory, {who}", "asked": f"at most {limit} MB",
+             "value": f"{rss:.1f} MiB (peak {peak:.1f})", "met": rss * 1.048576 <= limit}
+            for who, limit, (rss, peak) in (("front", 25, front), ("worker", 300, worker))]
+
+
+def bench_cold(pelt, repeats):
+    """A process of its own for each picture: 256 x 256, no assets, shader cache warm."""
+    with tempfile.TemporaryDirectory() as folder:
+        with open(os.path.join(EXAMPLES, "least.json")) as file:
+            scene = json.load(file)
+        scene["image"] = {"width": 256, "height": 256}
+        path = os.path.join(folder, "scene.json")
+        with open(path, "w") as file:
+            json.dump(scene, file)
+        walls, inner = [], []
+        for run in range(repeats + 2):
+            began = time.perf_counter()
+            done = subprocess.run([pelt, "render", path, "-o", os.path.join(folder, "o.png"),
+                                   "--json"], check=True, capture_output=True)
+            if run >= 2:
+                walls.append((time.perf_counter() - began) * 1000)
+                inner.append(json.loads(done.stdout)["timing_ms"]["total"])
+    return [{"figure": "pelt render, cold process, 256 x 256", "asked": "at most 500 ms",
+             "measured": spread(walls), "unit": "ms", "met": percentile(walls, 0.5) <= 500,
+             "note": f"of that the report's total: {percentile(inner, 0.5):.0f} ms"}]
+
+
+def print_table(rows):
+    width = max(len(row["figure"]) for row in rows)
+    for row in rows:
+        measured = text(row["measured"], row["unit"], row.get("digits", 1)) \
+            if "measured" in row else row["value"]
+        verdict = {True: "met", False: "NOT MET", None: ""}[row.get("met")]
+        asked = f"  asked: {row['asked']}" if "asked" in row else ""
+        print(f"  {row['figure']:<{width}}  {measured:<28}{asked}  {verdict}"
+              f"{'  ' + row['note'] if 'note' in row else ''}".rstrip())
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("build")
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--only", default="demo,service,sort,memory,cold")
+    parser.add_argument("--repeats", type=int, default=9)
+    options = parser.parse_args()
+    pelt = os.path.join(options.build, "pelt")
+    table = {"demo": lambda n: bench_demo(pelt, n), "service": lambda n: bench_service(pelt, n),
+             "sort": lambda n: bench_sort(options.build, n),
+             "memory": lambda n: bench_memory(pelt, n), "cold": lambda n: bench_cold(pelt, n)}
+    results = {}
+    if not options.json:
+        load = os.getloadavg()[0]
+        print(f"{platform.machine()}, {os.cpu_count()} cores, load {load:.2f}; median "
+              "[10th-90th percentile]")
+    for name in options.only.split(","):
+        results[name] = rows = table[name](options.repeats)
+        if not options.json:
+            print(f"\n{table_title(name)}  (tests/bench/bench.py {options.build} --only {name})")
+            print_table(rows)
+            sys.stdout.flush()
+    if options.json:
+        json.dump(results, sys.stdout, indent=1)
+        print()
+
+
+def table_title(name):
+    return {"demo": bench_demo, "service": bench_service, "sort": bench_sort,
+            "memory": bench_memory, "cold": bench_cold}[name].__doc__
+
+
+if __name__ == "__main__":
+    main()
