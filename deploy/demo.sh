@@ -27,7 +27,7 @@ echo "demo: $line"
 curl --fail-with-body --silent --show-error --noproxy '*' \
     --header 'Accept: application/json' \
     --form "scene=@$examples/demo.json;type=application/json" \
-    --form "bunny.glb=@$examples/bunny.glb" \
+    --form "assets/bunny.glb=@$examples/assets/bunny.glb" \
     --output "$scratch/reply.json" "$url/v1/render" || { cat "$scratch/reply.json" >&2; exit 1; }
 
 /usr/bin/python3 - "$scratch/reply.json" <<'PYTHON'

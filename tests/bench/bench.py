@@ -92,8 +92,8 @@ def demo_scene(side):
     with open(os.path.join(EXAMPLES, "demo.json")) as file:
         scene = json.load(file)
     scene["image"].update(width=side, height=side)
-    with open(os.path.join(EXAMPLES, "bunny.glb"), "rb") as file:
-        return scene, {"bunny.glb": file.read()}
+    with open(os.path.join(EXAMPLES, "assets", "bunny.glb"), "rb") as file:
+        return scene, {"assets/bunny.glb": file.read()}
 
 
 def bench_demo(pelt, repeats):
