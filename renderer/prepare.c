@@ -58,8 +58,6 @@ enum status prepare_objects(struct caches *caches, const struct scene *scene,
         char pointer[64];
         snprintf(pointer, sizeof pointer, "%s/%s/mesh", object->pointer,
                  is_shell ? "shell" : "mesh");
-        if (spec->kind == SCENE_OBJECT_MESH)
-            snprintf(pointer, sizeof pointer, "%s/mesh", object->pointer);
         bool own_color = is_shell ? spec->shell.base.has_color : spec->mesh.has_color;
         enum status status =
             mesh_acquire(caches->meshes, is_shell ? &spec->shell.mesh : &spec->mesh.mesh,
