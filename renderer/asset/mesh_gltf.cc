@@ -86,7 +86,7 @@ void parse(const unsigned char *data, std::size_t bytes, tinygltf::Model &model)
             error.find("outside the file") != std::string::npos)
             REFUSE("the file refers to another file (%.200s): use .glb, or embed it as a data URI",
                    error.c_str());
-        REFUSE("%.300s", error.empty() ? "the file is not valid glTF" : error.c_str());
+        REFUSE("the file is not valid glTF: %.300s", error.c_str());
     }
     check_extensions(model);
 }

@@ -6,11 +6,11 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include <cmocka.h>
 
 #include "renderer/asset/mesh.h"
+#include "tests/unit/mesh_measure.h"
 
 static const double PI = 3.14159265358979323846;
 
@@ -21,58 +21,6 @@ static const struct mesh *make(struct mesh_cache *cache, struct scene_mesh spec)
     if (status != STATUS_OK)
         fail_msg("%s", err.fault_count ? err.faults[0].message : "no message");
     return mesh;
-}
-
-static long edge_count(const struct mesh *mesh) {
-    long shared = 0, open = 0;
-    for (uint32_t t = 0; t < mesh->triangle_count; t++)
-        for (int k = 0; k < 3; k++)
-            *(mesh->neighbour[t][k] == MESH_NONE ? &open : &shared) += 1;
-    assert_int_equal(shared % 2, 0);
-    assert_int_equal(open, mesh->diagnosis.open_edges);
-    return shared / 2 + open;
-}
-
-static long euler(const struct mesh *mesh) {
-    return (long)mesh->vertex_count - edge_count(mesh) + (long)mesh->triangle_count;
-}
-
-static void corner_positions(const struct mesh *mesh, uint32_t t, double p[3][3]) {
-    for (int k = 0; k < 3; k++)
-        memcpy(p[k], mesh->position[mesh->vertex[t][k]], sizeof p[k]);
-}
-
-static void area_vector(double p[3][3], double n[3]) {
-    double a[3], b[3];
-    for (int k = 0; k < 3; k++) {
-        a[k] = p[1][k] - p[0][k];
-        b[k] = p[2][k] - p[0][k];
-    }
-    for (int k = 0; k < 3; k++)
-        n[k] = (a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3]) / 2;
-}
-
-static double area(const struct mesh *mesh) {
-    double sum = 0;
-    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
-        double p[3][3], n[3];
-        corner_positions(mesh, t, p);
-        area_vector(p, n);
-        sum += sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    }
-    return sum;
-}
-
-/* Divergence theorem; positive where triangles face outwards. */
-static double volume(const struct mesh *mesh) {
-    double sum = 0;
-    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
-        double p[3][3], n[3];
-        corner_positions(mesh, t, p);
-        area_vector(p, n);
-        sum += (n[0] * p[0][0] + n[1] * p[0][1] + n[2] * p[0][2]) / 3;
-    }
-    return sum;
 }
 
 /* What holds for every shape: unit normals on the side that triangles face (those of the vertices
@@ -91,9 +39,8 @@ static void check_sound(const struct mesh *mesh, bool smooth) {
         }
     }
     for (uint32_t t = 0; t < mesh->triangle_count; t++) {
-        double p[3][3], n[3];
-        corner_positions(mesh, t, p);
-        area_vector(p, n);
+        double n[3];
+        measure_area_vector(mesh, t, n);
         const double(*uv)[2] = (const double(*)[2])mesh->corner_uv[t];
         double turn = (uv[1][0] - uv[0][0]) * (uv[2][1] - uv[0][1]) -
                       (uv[2][0] - uv[0][0]) * (uv[1][1] - uv[0][1]);
@@ -134,7 +81,7 @@ static void sphere_is_closed_and_converges(void **state) {
         assert_int_equal(mesh->vertex_count, 2 * m * (m - 1) + 2);
         assert_int_equal(mesh->triangle_count, 2 * 2 * m * (m - 1));
         assert_int_equal(mesh->diagnosis.open_edges, 0);
-        assert_int_equal(euler(mesh), 2);
+        assert_int_equal(measure_euler(mesh), 2);
         for (uint32_t v = 0; v < mesh->vertex_count; v++) {
             const double *p = mesh->position[v], *n = mesh->normal[v];
             double r = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
@@ -142,8 +89,8 @@ static void sphere_is_closed_and_converges(void **state) {
             for (int c = 0; c < 3; c++)
                 assert_true(fabs(n[c] - p[c] / r) < 1e-7); /* corners are fp32 */
         }
-        error[k][0] = 1 - area(mesh) / (4 * PI * 1.5 * 1.5);
-        error[k][1] = 1 - volume(mesh) / (4 * PI / 3 * 1.5 * 1.5 * 1.5);
+        error[k][0] = 1 - measure_area(mesh) / (4 * PI * 1.5 * 1.5);
+        error[k][1] = 1 - measure_volume(mesh) / (4 * PI / 3 * 1.5 * 1.5 * 1.5);
         mesh_release(cache, mesh);
     }
     for (int which = 0; which < 2; which++)
@@ -166,8 +113,8 @@ static void torus_is_closed_and_converges(void **state) {
         check_sound(mesh, true);
         assert_int_equal(mesh->vertex_count, n * m);
         assert_int_equal(mesh->diagnosis.open_edges, 0);
-        assert_int_equal(euler(mesh), 0);
-        error[k] = 1 - volume(mesh) / (2 * PI * PI * 1 * 0.4 * 0.4);
+        assert_int_equal(measure_euler(mesh), 0);
+        error[k] = 1 - measure_volume(mesh) / (2 * PI * PI * 1 * 0.4 * 0.4);
         mesh_release(cache, mesh);
     }
     assert_true(error[0] > 0 && fabs(log2(error[0] / error[1]) - 2) < 0.02);
@@ -182,7 +129,7 @@ static void cylinder_is_an_open_tube(void **state) {
                    .kind = SCENE_MESH_CYLINDER, .radius = 2, .height = 3, .divisions = {30, 4}});
     check_sound(mesh, true);
     assert_int_equal(mesh->diagnosis.open_edges, 2 * 30);
-    assert_int_equal(euler(mesh), 0);
+    assert_int_equal(measure_euler(mesh), 0);
     assert_true(mesh->bounds_min[2] == -1.5 && mesh->bounds_max[2] == 1.5);
     for (uint32_t v = 0; v < mesh->vertex_count; v++) {
         assert_true(mesh->normal[v][2] == 0);
@@ -199,8 +146,8 @@ static void plane_faces_up(void **state) {
     check_sound(mesh, true);
     assert_int_equal(mesh->triangle_count, 48);
     assert_int_equal(mesh->diagnosis.open_edges, 22);
-    assert_int_equal(euler(mesh), 1);
-    assert_true(fabs(area(mesh) - 8) < 1e-14);
+    assert_int_equal(measure_euler(mesh), 1);
+    assert_true(fabs(measure_area(mesh) - 8) < 1e-14);
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         assert_true(mesh->normal[v][2] == 1 && mesh->position[v][2] == 0);
     mesh_cache_destroy(cache);
@@ -216,7 +163,7 @@ static void terrain_is_seeded_and_within_its_height(void **state) {
                               .divisions = {128, 64}};
     const struct mesh *mesh = make(cache, spec);
     check_sound(mesh, true);
-    assert_int_equal(euler(mesh), 1);
+    assert_int_equal(measure_euler(mesh), 1);
     assert_true(mesh->bounds_min[2] >= 0 && mesh->bounds_max[2] <= 0.7);
     assert_true(mesh->bounds_max[2] - mesh->bounds_min[2] > 0.35);
 
@@ -259,14 +206,14 @@ static void seams_weld_with_any_divisions(void **state) {
             make(cache, (struct scene_mesh){
                             .kind = SCENE_MESH_SPHERE, .radius = 0.1, .divisions = {n, 2 + n % 7}});
         assert_int_equal(sphere->diagnosis.open_edges, 0);
-        assert_int_equal(euler(sphere), 2);
+        assert_int_equal(measure_euler(sphere), 2);
         mesh_release(cache, sphere);
         const struct mesh *torus = make(cache, (struct scene_mesh){.kind = SCENE_MESH_TORUS,
                                                                    .radius = 0.7,
                                                                    .tube = 0.3,
                                                                    .divisions = {n, 3 + n % 11}});
         assert_int_equal(torus->diagnosis.open_edges, 0);
-        assert_int_equal(euler(torus), 0);
+        assert_int_equal(measure_euler(torus), 0);
         mesh_release(cache, torus);
     }
     mesh_cache_destroy(cache);

@@ -1,0 +1,454 @@
+#!/usr/bin/python3
+"""Writes the glTF files that the tests read: make_gltf.py DIRECTORY.
+
+Each function below is one file, named after it; what is broken about a broken one is its first line.
+The same bytes every time, so that tests/unit/test_gltf_data.sh can compare the files with this text.
+"""
+import base64
+import json
+import math
+import os
+import struct
+import sys
+import zlib
+
+BYTE, UBYTE, SHORT, USHORT, UINT, FLOAT = 5120, 5121, 5122, 5123, 5125, 5126
+POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
+CODES = {BYTE: "b", UBYTE: "B", SHORT: "h", USHORT: "H", UINT: "I", FLOAT: "f"}
+TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
+
+
+def glb(document, binary, claim=None):
+    """`claim`: what the binary chunk's header says of its length, where that is a lie."""
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    out = struct.pack("<I4s", len(text), b"JSON") + text
+    if binary:
+        binary += b"\0" * (-len(binary) % 4)
+        out += struct.pack("<I4s", len(binary) if claim is None else claim, b"BIN\0") + binary
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(out)) + out
+
+
+class Model:
+    def __init__(self):
+        self.binary = b""
+        self.document = {"asset": {"version": "2.0", "generator": "make_gltf.py"}, "bufferViews": [],
+                         "accessors": [], "meshes": [], "nodes": []}
+
+    def view(self, data, **members):
+        self.binary += b"\0" * (-len(self.binary) % 4)
+        self.document["bufferViews"].append(
+            dict(buffer=0, byteOffset=len(self.binary), byteLength=len(data), **members))
+        self.binary += data
+        return len(self.document["bufferViews"]) - 1
+
+    def accessor(self, rows, component=FLOAT, **members):
+        rows = [row if isinstance(row, (list, tuple)) else [row] for row in rows]
+        data = b"".join(struct.pack("<%d%s" % (len(row), CODES[component]), *row) for row in rows)
+        return self.describe(self.view(data), len(rows), len(rows[0]), component, **members)
+
+    def describe(self, view, count, components, component, **members):
+        accessor = dict(componentType=component, count=count, type=TYPES[components], **members)
+        if view is not None:
+            accessor["bufferView"] = view
+        self.document["accessors"].append(accessor)
+        return len(self.document["accessors"]) - 1
+
+    def mesh(self, *primitives):
+        self.document["meshes"].append({"primitives": list(primitives)})
+        return len(self.document["meshes"]) - 1
+
+    def node(self, **members):
+        self.document["nodes"].append(members)
+        return len(self.document["nodes"]) - 1
+
+    def finish(self, roots=(0,), **members):
+        self.document["scenes"] = [{"nodes": list(roots)}]
+        self.document["scene"] = 0
+        self.document.update(members)
+        if self.binary and "buffers" not in self.document:
+            self.document["buffers"] = [{"byteLength": len(self.binary)}]
+        self.document = {k: v for k, v in self.document.items() if v != []}
+        return self
+
+    def glb(self, **how):
+        return glb(self.document, self.binary, **how)
+
+
+CORNERS = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+SIDES = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+NORMALS = [(0, 0, -1), (0, 0, 1), (0, -1, 0), (0, 1, 0), (-1, 0, 0), (1, 0, 0)]
+TETRA = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+TETRA_FACES = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
+
+
+def split(sides):
+    return [v for a, b, c, d in sides for v in (a, b, c, a, c, d)]
+
+
+def tetra(**members):
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor(TETRA)},
+                "indices": model.accessor(TETRA_FACES, USHORT)})
+    model.node(mesh=0, **members)
+    return model
+
+
+def png(rgba_rows):
+    """A PNG of 8-bit RGBA."""
+    def chunk(name, data):
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+    rows = b"".join(b"\0" + bytes(v for pixel in row for v in pixel) for row in rgba_rows)
+    header = struct.pack(">IIBBBBB", len(rgba_rows[0]), len(rgba_rows), 8, 6, 0, 0, 0)
+    # Stored, not deflated: the bytes must not depend on zlib's version.
+    deflated = b"\x78\x01\x01" + struct.pack("<HH", len(rows), len(rows) ^ 0xffff) + rows
+    deflated += struct.pack(">I", zlib.adler32(rows))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", deflated) + chunk(b"IEND", b"")
+
+
+PIXELS = [[(255, 0, 0, 255), (0, 255, 0, 255)], [(0, 0, 255, 255), (255, 255, 255, 128)]]
+
+
+# --- good -----------------------------------------------------------------------------------------
+
+def plain():
+    """A unit cube: every corner a vertex of its own, no indices, normals or texture coordinates."""
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor([CORNERS[i] for i in split(SIDES)])}})
+    model.node(mesh=0)
+    return model.finish().glb()
+
+
+def hard_edges():
+    """The cube as an exporter writes it: 24 vertices, flat normals, each side one texture. As .gltf."""
+    model = Model()
+    square = [(0, 1), (1, 1), (1, 0), (0, 0)]
+    model.mesh({"attributes": {
+        "POSITION": model.accessor([CORNERS[i] for side in SIDES for i in side]),
+        "NORMAL": model.accessor([NORMALS[s] for s in range(6) for _ in range(4)]),
+        "TEXCOORD_0": model.accessor([uv for _ in range(6) for uv in square])},
+        "indices": model.accessor(split([(i, i + 1, i + 2, i + 3) for i in range(0, 24, 4)]), UBYTE)})
+    model.node(mesh=0)
+    data = "data:application/octet-stream;base64," + base64.b64encode(model.binary).decode()
+    model.finish(buffers=[{"byteLength": len(model.binary), "uri": data}])
+    return json.dumps(model.document, indent=1).encode()
+
+
+def strips_and_fans():
+    """A strip of four unit squares that jumps (repeated vertices), a fan of a regular hexagon, points."""
+    model = Model()
+    strip = [(x, y, 0) for x in range(3) for y in (1, 0)]
+    strip += [(x, y, 0) for x in range(4, 7) for y in (1, 0)]
+    order = [0, 1, 2, 3, 4, 5, 5, 6, 6, 7, 8, 9, 10, 11]
+    rim = [(math.cos(math.pi / 3 * k), math.sin(math.pi / 3 * k) - 3, 0) for k in range(7)]
+    model.mesh({"attributes": {"POSITION": model.accessor(strip)}, "mode": STRIP,
+                "indices": model.accessor(order, UINT)},
+               {"attributes": {"POSITION": model.accessor([(0, -3, 0)] + rim[:6] + rim[:1])}, "mode": FAN},
+               {"attributes": {"POSITION": model.accessor([(9, 9, 9)])}, "mode": POINTS})
+    model.node(mesh=0)
+    return model.finish().glb()
+
+
+def materials():
+    """Two primitives: one red, one textured (a PNG in a buffer view) by its second set of UVs."""
+    model = Model()
+    square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    uv = [(0, 1), (1, 1), (1, 0), (0, 0)]
+    position = model.accessor(square)
+    indices = model.accessor([0, 1, 2, 0, 2, 3], USHORT)
+    shifted = model.accessor([(x + 2, y, z) for x, y, z in square])
+    image = model.view(png(PIXELS))
+    model.mesh({"attributes": {"POSITION": position, "TEXCOORD_0": model.accessor(uv)},
+                "indices": indices, "material": 1},
+               {"attributes": {"POSITION": shifted, "TEXCOORD_0": model.accessor([(9, 9)] * 4),
+                               "TEXCOORD_1": model.accessor(uv)}, "indices": indices, "material": 0})
+    model.node(mesh=0)
+    return model.finish(
+        images=[{"bufferView": image, "mimeType": "image/png"}], textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1},
+                                             "baseColorFactor": [1, 0.5, 1, 1]}},
+                   {"pbrMetallicRoughness": {"baseColorFactor": [0.25, 0, 0, 1]}}]).glb()
+
+
+def texture_transform():
+    """KHR_texture_transform, required: scale 2, quarter turn, offset (0.5, 0.25); image as data URI."""
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor([(0, 0, 0), (1, 0, 0), (0, 1, 0)]),
+                               "TEXCOORD_0": model.accessor([(0, 0), (1, 0), (0, 1)])}, "material": 0})
+    model.node(mesh=0)
+    transform = {"offset": [0.5, 0.25], "rotation": math.pi / 2, "scale": [2, 2]}
+    uri = "data:image/png;base64," + base64.b64encode(png(PIXELS)).decode()
+    return model.finish(
+        extensionsUsed=["KHR_texture_transform"], extensionsRequired=["KHR_texture_transform"],
+        images=[{"uri": uri}], textures=[{"source": 0}],
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {
+            "index": 0, "extensions": {"KHR_texture_transform": transform}}}}]).glb()
+
+
+def nodes():
+    """One tetrahedron shown by five nodes: as it is, moved and scaled, mirrored, turned, by a matrix."""
+    model = tetra()
+    half = math.sqrt(0.5)
+    model.node(mesh=0, translation=[10, 0, 0], scale=[2, 2, 2])
+    model.node(mesh=0, translation=[0, 10, 0], scale=[-1, 1, 1])
+    model.node(translation=[0, 0, 10], children=[4])
+    model.node(mesh=0, rotation=[0, half, 0, half])  # x to -z, z to x
+    model.node(mesh=0, matrix=[0, 3, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, -10, 0, 0, 1])
+    return model.finish(roots=(0, 1, 2, 3, 5)).glb()
+
+
+def second_scene():
+    """The default scene is the second of two."""
+    model = tetra()
+    model.node(mesh=0, translation=[5, 0, 0])
+    model.finish()
+    model.document["scenes"].append({"nodes": [1]})
+    model.document["scene"] = 1
+    return model.glb()
+
+
+def no_scene():
+    """No scene and no node: the mesh itself."""
+    model = tetra()
+    model.finish()
+    for name in ("scene", "scenes", "nodes"):
+        del model.document[name]
+    return model.glb()
+
+
+def sparse():
+    """The tetrahedron, its positions all zero but for sparse replacements."""
+    model = Model()
+    indices, values = model.view(struct.pack("<3H", 1, 2, 3)), model.view(
+        b"".join(struct.pack("<3f", *p) for p in TETRA[1:]))
+    position = model.describe(None, 4, 3, FLOAT, sparse={
+        "count": 3, "indices": {"bufferView": indices, "componentType": USHORT},
+        "values": {"bufferView": values}})
+    model.mesh({"attributes": {"POSITION": position}, "indices": model.accessor(TETRA_FACES, UBYTE)})
+    model.node(mesh=0)
+    return model.finish().glb()
+
+
+def quantized():
+    """Interleaved with a stride: 16-bit positions, 8-bit normals and UVs, all normalised integers."""
+    model = Model()
+    data = b"".join(struct.pack("<3H2x3bx2B2x", *[65535 * v for v in p], 0, 0, 127, *[255 * v for v in p[:2]])
+                    for p in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)))
+    view = model.view(data, byteStride=16)
+    model.mesh({"attributes": {
+        "POSITION": model.describe(view, 4, 3, USHORT, normalized=True),
+        "NORMAL": model.describe(view, 4, 3, BYTE, normalized=True, byteOffset=8),
+        "TEXCOORD_0": model.describe(view, 4, 2, UBYTE, normalized=True, byteOffset=12)},
+        "indices": model.accessor([0, 1, 2, 0, 2, 3], UBYTE)})
+    model.node(mesh=0)
+    return model.finish(extensionsUsed=["KHR_mesh_quantization"],
+                        extensionsRequired=["KHR_mesh_quantization"]).glb()
+
+
+def degenerate():
+    """A square and three triangles without an area: a repeated corner, a point, three in line."""
+    model = Model()
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.1, 0.3, 0), (0.2, 0.6, 0), (0.3, 0.9, 0)]
+    model.mesh({"attributes": {"POSITION": model.accessor(points)},
+                "indices": model.accessor([0, 1, 2, 1, 1, 2, 3, 3, 3, 0, 2, 3, 0, 4, 5], USHORT)})
+    model.node(mesh=0)
+    return model.finish().glb()
+
+
+# --- broken ---------------------------------------------------------------------------------------
+
+def bad_cut_short():
+    """The second half is missing."""
+    whole = plain()
+    return whole[: len(whole) // 2]
+
+
+def bad_chunk_length():
+    """The binary chunk claims 8 bytes more than the file has: tinygltf 2.7.0 reads them."""
+    model = tetra()
+    model.binary += b"\0" * (-len(model.binary) % 4)
+    model.finish(buffers=[{"byteLength": len(model.binary) + 8}])
+    return model.glb(claim=len(model.binary) + 8)
+
+
+def bad_index():
+    """Index 3 is vertex 4 of 4."""
+    model = tetra()
+    model.finish().binary = model.binary.replace(struct.pack("<4H", 0, 2, 1, 0), struct.pack("<4H", 0, 2, 1, 4))
+    return model.glb()
+
+
+def bad_position(value):
+    model = tetra()
+    model.finish().binary = struct.pack("<f", value) + model.binary[4:]
+    return model.glb()
+
+
+def bad_nan():
+    """A position is NaN."""
+    return bad_position(math.nan)
+
+
+def bad_infinity():
+    """A position is infinite."""
+    return bad_position(math.inf)
+
+
+def bad_far():
+    """A node's scale sends the mesh out of reach."""
+    return tetra(scale=[1e38, 1e38, 1e38]).finish().glb()
+
+
+def bad_points_only():
+    """No triangles: points."""
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor(TETRA)}, "mode": POINTS})
+    model.node(mesh=0)
+    return model.finish().glb()
+
+
+def bad_no_mesh():
+    """No mesh at all."""
+    return Model().finish(roots=()).glb()
+
+
+def bad_flat():
+    """Every triangle is without an area."""
+    return tetra(scale=[1, 0, 0]).finish().glb()
+
+
+def bad_cycle():
+    """Two nodes are each other's children."""
+    model = tetra(children=[1])
+    model.node(children=[0])
+    return model.finish().glb()
+
+
+def bad_shared_child():
+    """Each of 60 nodes has the next one twice: 2^60 instances."""
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor(TETRA[:3])}})
+    for i in range(60):
+        model.node(children=[i + 1, i + 1])
+    model.node(mesh=0)
+    return model.finish().glb()
+
+
+def bad_node():
+    """A scene shows node 7 of 1."""
+    return tetra().finish(roots=(7,)).glb()
+
+
+def bad_bomb():
+    """1,000 nodes show a strip of 8,190 triangles each."""
+    model = Model()
+    position = model.accessor([(i, i % 2, 0) for i in range(16)])
+    view = model.view(bytes(i % 16 for i in range(8192)))
+    model.mesh({"attributes": {"POSITION": position}, "mode": STRIP,
+                "indices": model.describe(view, 8192, 1, UBYTE)})
+    for _ in range(1000):
+        model.node(mesh=0)
+    return model.finish(roots=range(1000)).glb()
+
+
+def bad_buffers():
+    """10,000 buffers, each a copy of a binary chunk of 200 kB."""
+    model = tetra()
+    model.binary += b"\0" * 200000
+    return model.finish(buffers=[{"byteLength": len(model.binary)}] * 10000).glb()
+
+
+def bad_depth():
+    """Extras nest 10,000 deep."""
+    model = tetra().finish(extras="DEEP")
+    text = json.dumps(model.document).replace('"DEEP"', '{"a":' * 10000 + "0" + "}" * 10000)
+    return text.encode()
+
+
+def bad_count():
+    """An accessor claims 2^62 elements."""
+    model = tetra().finish()
+    model.document["accessors"][0]["count"] = 2 ** 62
+    return model.glb()
+
+
+def bad_accessor():
+    """An accessor reaches past the end of its buffer view."""
+    model = tetra().finish()
+    model.document["accessors"][0]["count"] = 5
+    return model.glb()
+
+
+def bad_view():
+    """A buffer view reaches past the end of its buffer."""
+    model = tetra().finish()
+    model.document["bufferViews"][1]["byteOffset"] = 2 ** 40
+    return model.glb()
+
+
+def bad_sparse():
+    """A sparse index is 4 of 4."""
+    data = sparse()
+    return data.replace(struct.pack("<3H", 1, 2, 3), struct.pack("<3H", 1, 2, 4))
+
+
+def bad_corner_count():
+    """Four corners do not make triangles."""
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor(TETRA)}})
+    model.node(mesh=0)
+    return model.finish().glb()
+
+
+def bad_draco():
+    """Compressed geometry."""
+    return tetra().finish(extensionsUsed=["KHR_draco_mesh_compression"],
+                          extensionsRequired=["KHR_draco_mesh_compression"]).glb()
+
+
+def bad_external():
+    """The buffer is another file."""
+    model = tetra()
+    return model.finish(buffers=[{"byteLength": len(model.binary), "uri": "/etc/passwd"}]).glb()
+
+
+def bad_texture():
+    """The texture is a file of its own."""
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor(TETRA[:3]),
+                               "TEXCOORD_0": model.accessor([(0, 0), (1, 0), (0, 1)])}, "material": 0})
+    model.node(mesh=0)
+    return model.finish(images=[{"uri": "skin.png"}], textures=[{"source": 0}], materials=[
+        {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]).glb()
+
+
+def bad_picture():
+    """The texture is not a picture."""
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor(TETRA[:3]),
+                               "TEXCOORD_0": model.accessor([(0, 0), (1, 0), (0, 1)])}, "material": 0})
+    model.node(mesh=0)
+    view = model.view(b"%PDF-1.4 not a picture")
+    return model.finish(images=[{"bufferView": view, "mimeType": "image/png"}], textures=[{"source": 0}],
+                        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]).glb()
+
+
+def bad_json():
+    """Not JSON."""
+    return b'{"asset": {"version": "2.0"}, "meshes": ['
+
+
+def bad_kind():
+    """Neither .glb nor .gltf."""
+    return b"solid cube\nfacet normal 0 0 1\n"
+
+
+if __name__ == "__main__":
+    directory = sys.argv[1]
+    os.makedirs(directory, exist_ok=True)
+    for name, make in sorted(globals().items()):
+        if callable(make) and make.__doc__ and name not in ("glb", "png") and not isinstance(make, type):
+            data = make()
+            extension = ".glb" if data[:4] == b"glTF" or name == "bad_kind" else ".gltf"
+            with open(os.path.join(directory, name + extension), "wb") as file:
+                file.write(data)
