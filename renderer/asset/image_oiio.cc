@@ -199,7 +199,9 @@ int decode_checked(const unsigned char *data, size_t bytes, image_pixels *image,
         static_cast<float *>(std::calloc(count, sizeof(float))), std::free);
     if (!pixels)
         return refuse(message, message_bytes, "no memory for the " + name + " image");
-    if (!read_stripes(*input, spec, channels, pixels.get()))
+    // Some readers go on after an error and give what they have; here half an image is none.
+    bool complete = read_stripes(*input, spec, channels, pixels.get()) && !input->has_error();
+    if (!complete)
         return refuse(message, message_bytes,
                       name + " image that is cut short or damaged: " + input->geterror());
     image->width = spec.width;

@@ -70,7 +70,7 @@ static uint32_t find_lock(uint32_t seed, const float root[2], float center[2]) {
 
 static struct hair make_hair(const struct scene_material *spec, uint32_t index) {
     static const float brown_root[3] = {0.085f, 0.040f, 0.018f};
-    static const float brown_tip[3] = {0.56f, 0.36f, 0.19f};
+    static const float brown_tip[3] = {0.46f, 0.285f, 0.145f};
     uint32_t state = random_hash4(spec->seed, 0xf0au, index, 1);
     struct hair hair;
     hair.root[0] = ((float)(index % HAIRS_SIDE) + random_next(&state)) / HAIRS_SIDE;
@@ -81,7 +81,7 @@ static struct hair make_hair(const struct scene_material *spec, uint32_t index) 
     bool undercoat = random_next(&state) < UNDERCOAT;
     float lock_length = 0.84f + 0.16f * random_unit(random_hash2(lock, 1));
     hair.length = undercoat ? random_between(&state, 0.25f, 0.55f)
-                            : lock_length * random_between(&state, 0.78f, 1.0f);
+                            : lock_length * random_between(&state, 0.70f, 1.0f);
 
     /* The coat lies along -v, the locks sway from it, each hair a little more. */
     float sway =
