@@ -20,7 +20,8 @@ trap cleanup EXIT
 mkfifo "$scratch/out"
 "$pelt" serve --listen 127.0.0.1:0 >"$scratch/out" 2>"$scratch/log" &
 daemon=$!
-read -r line <"$scratch/out" || { echo "demo: the daemon did not start:" >&2; cat "$scratch/log" >&2; exit 1; }
+exec 3<"$scratch/out"
+read -r line <&3 || { echo "demo: the daemon did not start:" >&2; cat "$scratch/log" >&2; exit 1; }
 url=$(grep -oE 'http://[^ ]+' <<<"$line")
 echo "demo: $line"
 
