@@ -62,7 +62,7 @@
 #define BINDING_BASE_COLOR      6
 #define BINDING_SAMPLES         7 /* sampler2D: the picture before resolving */
 
-#define CELL_TEXELS 6
+#define CELL_TEXELS 8
 
 /* Depth of a point at the ray parameter t (eye -1, far away infinite): reversed, in (0, 1]. */
 #define DEPTH_OF_T(t) (1.0 / (2.0 + (t)))

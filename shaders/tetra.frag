@@ -1,16 +1,19 @@
 /* One tetrahedron along one ray: entry and exit, and what lies between.
  * After Dufort, Leblanc & Poulin 2005, sections 4.2 and 4.3.
  *
- * Entry and exit come from the barycentric coordinates, which are affine along the ray:
- * lambda_k(t) = a_k + b_k t >= 0 bounds t from below where b_k > 0 and from above where b_k < 0.
- * The ray is moved to its point nearest to the tetrahedron's first vertex before anything is
- * subtracted, so that the length of a segment is as exact as the tetrahedron is small; what the
- * move rounds shifts the ray, for all faces alike.
+ * Entry and exit. With X(v), Y(v) two affine functions that vanish on the ray, the edge function
+ * E_ij = X_i Y_j - X_j Y_i tells on which side of the edge ij the ray passes (a Pluecker product),
+ * and on a face that the ray meets the three of them are the point's barycentric coordinates. Cells
+ * that share an edge compute it from the same bits in the same order, so no ray is lost between
+ * them or counted twice; planes, as in the paper, disagree where the ray lies in a shared face.
+ * Being of one sign, the coordinates make a convex combination: no division can throw the point
+ * out of the face, however thin the cell. Depths are taken relative to the first vertex, so a
+ * segment's length is as exact as the cell is small.
  *
  * Media: dL/ds = -sigma L + sigma c, exact for a constant sigma in each step (midpoint rule, second
  * order). The paper's alpha_i = 1 - (1 - alpha_t)^(dt |V|) is the same in terms of
- * tau = -log(1 - alpha). Optical depth is summed apart from colour (OUT_DEPTH is blended by adding,
- * OUT_THROUGH multiplies what lies behind), so that neither thin nor thick media lose digits. */
+ * tau = -log(1 - alpha). Optical depth is summed apart from colour (blended by adding; what it lets
+ * through multiplies the colour behind), so that neither thin nor thick media lose digits. */
 #include "common_frame.glsl"
 #include "common_sample.glsl"
 #include "common_math.glsl"
@@ -49,75 +52,136 @@ layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend
 #endif
 
 struct Tetra {
-    vec3 v0, g1, g2, g3;     /* first vertex; gradients of lambda_1..3 */
-    vec3 uvw0, e1, e2, e3;   /* texture coordinates: at v0, and toward the others */
+    vec3 v0, v1, v2, v3; /* vertices */
+    vec3 e1, e2, e3;     /* v_k - v0 */
+    vec3 uvw0;           /* texture coordinates at v0 */
+    vec3 u1, u2, u3;     /* uvw_k - uvw0 */
 };
 
 Tetra fetch_tetra() {
     int at = int(cell) * CELL_TEXELS;
     vec4 a = texelFetch(cells, at), b = texelFetch(cells, at + 1), c = texelFetch(cells, at + 2);
     vec4 d = texelFetch(cells, at + 3), e = texelFetch(cells, at + 4), f = texelFetch(cells, at + 5);
-    return Tetra(a.xyz, b.xyz, c.xyz, d.xyz, vec3(a.w, b.w, c.w), vec3(d.w, e.xy), vec3(e.zw, f.x),
-                 f.yzw);
+    vec4 g = texelFetch(cells, at + 6), h = texelFetch(cells, at + 7);
+    return Tetra(a.xyz, b.xyz, c.xyz, d.xyz, e.xyz, f.xyz, g.xyz, vec3(a.w, b.w, 0.0),
+                 vec3(c.w, d.w, e.w), vec3(f.w, g.w, h.x), h.yzw);
 }
 
-void bound(float a, float b, inout float t_in, inout float t_out) {
-    float t = -a / b;
-    t_in = b > 0.0 ? max(t_in, t) : t_in;
-    t_out = b < 0.0 ? min(t_out, t) : t_out;
-    t_out = b == 0.0 && a < 0.0 ? -1.0e38 : t_out;
+/* Where the ray enters and leaves: barycentric coordinates of v1..v3, depth relative to v0. */
+struct Hits {
+    vec3 lambda_in, lambda_out;
+    float h_in, h_out;
+};
+
+/* The side of edge ab on which the ray passes: its value, and its sign with ties broken as if the
+ * ray were shifted by (epsilon, epsilon^2), which all cells agree on (Edelsbrunner & Muecke 1990). */
+float edge_function(vec2 a, vec2 b, out bool positive) {
+    precise float e = a.x * b.y - b.x * a.y;
+    vec2 d = b - a;
+    positive = e != 0.0 ? e > 0.0 : d.y != 0.0 ? d.y > 0.0 : d.x < 0.0;
+    return e;
+}
+
+/* One face, its edge functions oriented around it: coordinates `weights` for v1..v3, `rest` for v0. */
+void meet_face(bool pierced, vec3 weights, float rest, vec3 h, inout Hits hits) {
+    weights = abs(weights);
+    vec3 lambda = weights / max(weights.x + weights.y + weights.z + abs(rest), 1.0e-37);
+    float depth = dot(lambda, h);
+    bool first = pierced && depth < hits.h_in, last = pierced && depth > hits.h_out;
+    hits.lambda_in = first ? lambda : hits.lambda_in;
+    hits.h_in = first ? depth : hits.h_in;
+    hits.lambda_out = last ? lambda : hits.lambda_out;
+    hits.h_out = last ? depth : hits.h_out;
+}
+
+Hits meet_tetra(Tetra t, vec2 p) {
+    vec4 rx = frame[FRAME_X_ROW], ry = frame[FRAME_Y_ROW], rh = frame[FRAME_H_ROW];
+    /* The two functions that vanish on the ray: X - x W and Y - y W. */
+    bool orthographic = frame[FRAME_MATERIAL].w != 0.0;
+    vec4 w = orthographic ? vec4(0.0, 0.0, 0.0, 1.0) : rh;
+    rx -= p.x * w;
+    ry -= p.y * w;
+    vec2 q0 = vec2(dot(rx.xyz, t.v0) + rx.w, dot(ry.xyz, t.v0) + ry.w);
+    vec2 q1 = vec2(dot(rx.xyz, t.v1) + rx.w, dot(ry.xyz, t.v1) + ry.w);
+    vec2 q2 = vec2(dot(rx.xyz, t.v2) + rx.w, dot(ry.xyz, t.v2) + ry.w);
+    vec2 q3 = vec2(dot(rx.xyz, t.v3) + rx.w, dot(ry.xyz, t.v3) + ry.w);
+    bool p01, p02, p03, p12, p13, p23;
+    float e01 = edge_function(q0, q1, p01), e02 = edge_function(q0, q2, p02);
+    float e03 = edge_function(q0, q3, p03), e12 = edge_function(q1, q2, p12);
+    float e13 = edge_function(q1, q3, p13), e23 = edge_function(q2, q3, p23);
+    vec3 h = vec3(dot(rh.xyz, t.e1), dot(rh.xyz, t.e2), dot(rh.xyz, t.e3));
+    Hits hits = Hits(vec3(0.0), vec3(0.0), 1.0e38, -1.0e38);
+    /* Around the face ijk, i < j < k, run E_ij, E_jk and -E_ik. */
+    meet_face(p12 == p23 && p12 != p13, vec3(e23, e13, e12), 0.0, h, hits);
+    meet_face(p02 == p23 && p02 != p03, vec3(0.0, e03, e02), e23, h, hits);
+    meet_face(p01 == p13 && p01 != p03, vec3(e03, 0.0, e01), e13, h, hits);
+    meet_face(p01 == p12 && p01 != p02, vec3(e02, e01, 0.0), e12, h, hits);
+    return hits;
+}
+
+vec3 texture_at(Tetra t, vec3 lambda) {
+    return t.uvw0 + lambda.x * t.u1 + lambda.y * t.u2 + lambda.z * t.u3;
 }
 
 #if (VARIANT & FLAG_LIT) != 0
-/* A covector from texture space to the world: the inverse transpose of the cell's map, which is the
- * transpose of its inverse, whose rows the gradients of lambda give. */
-vec3 normal_from_texture(Tetra cell_data, vec3 per_voxel) {
-    vec3 g = per_voxel * frame[FRAME_SIZE].xyz;
-    return world_normal(cell_data.g1 * dot(cell_data.e1, g) + cell_data.g2 * dot(cell_data.e2, g) +
-                        cell_data.g3 * dot(cell_data.e3, g));
+/* From a gradient per voxel to a normal in the world, up to its length: the inverse transpose of the
+ * cell's map from texture space. lambda_k has the gradient e_(k+1) x e_(k+2) / volume. */
+mat3 normal_map(Tetra t) {
+    vec3 g1 = cross(t.e2, t.e3), g2 = cross(t.e3, t.e1), g3 = cross(t.e1, t.e2);
+    /* Only the volume's sign matters; scaled, so that cells of any size stay within range. */
+    float size = max(max(dot(g1, g1), dot(g2, g2)), max(dot(g3, g3), 1.0e-37));
+    float scale = (dot(t.e1, g1) < 0.0 ? -1.0 : 1.0) * inversesqrt(size);
+    g1 = world_normal(g1 * scale);
+    g2 = world_normal(g2 * scale);
+    g3 = world_normal(g3 * scale);
+    vec3 n = frame[FRAME_SIZE].xyz;
+    vec3 u1 = t.u1 * n, u2 = t.u2 * n, u3 = t.u3 * n;
+    return mat3(g1 * u1.x + g2 * u2.x + g3 * u3.x, g1 * u1.y + g2 * u2.y + g3 * u3.y,
+                g1 * u1.z + g2 * u2.z + g3 * u3.z);
+}
+
+vec3 unit(vec3 v) {
+    return v * inversesqrt(max(dot(v, v), 1.0e-37));
 }
 #endif
 
 void main() {
     vec2 p = sample_position();
-    vec3 d = ray_direction(p);
     Tetra tetra = fetch_tetra();
-    vec3 o = ray_origin(p) - tetra.v0;
-    float t_near = -dot(o, d) / dot(d, d);
-    o += t_near * d;
-
-    float a1 = dot(tetra.g1, o), b1 = dot(tetra.g1, d);
-    float a2 = dot(tetra.g2, o), b2 = dot(tetra.g2, d);
-    float a3 = dot(tetra.g3, o), b3 = dot(tetra.g3, d);
-    float t_in = -1.0e38, t_out = 1.0e38;
-    bound(1.0 - a1 - a2 - a3, -b1 - b2 - b3, t_in, t_out);
-    bound(a1, b1, t_in, t_out);
-    bound(a2, b2, t_in, t_out);
-    bound(a3, b3, t_in, t_out);
+    Hits hits = meet_tetra(tetra, p);
+    float begin = hits.h_in, end = hits.h_out;
+#if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID)) != 0
+    float h0 = dot(frame[FRAME_H_ROW], vec4(tetra.v0, 1.0)); /* depth of v0 + 1 */
+#endif
 #if (VARIANT & FLAG_EYE_INSIDE) != 0
-    t_in = max(t_in, -1.0 - t_near);
+    begin = max(begin, -h0);
 #endif
 #if (VARIANT & FLAG_OCCLUDED) != 0
     float z = texelFetch(occluder, ivec2(gl_FragCoord.xy), 0).r;
-    t_out = z > 0.0 ? min(t_out, T_OF_DEPTH(z) - t_near) : t_out;
+    end = z > 0.0 ? min(end, T_OF_DEPTH(z) + 1.0 - h0) : end;
 #endif
-    if (!(t_in < t_out))
+    if (!(begin < end))
         discard;
-    float speed = length(d);
-    float span = (t_out - t_in) * speed;
+    float span = (end - begin) * length(ray_direction(p));
 
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float tau = frame[FRAME_CONSTANT].w * span;
     picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
     through = vec4(exp(-tau));
 #else
-    vec3 at_in = tetra.uvw0 + (a1 + t_in * b1) * tetra.e1 + (a2 + t_in * b2) * tetra.e2 +
-                 (a3 + t_in * b3) * tetra.e3;
-    vec3 along = (t_out - t_in) * (b1 * tetra.e1 + b2 * tetra.e2 + b3 * tetra.e3);
+    vec3 at_in = texture_at(tetra, hits.lambda_in), at_out = texture_at(tetra, hits.lambda_out);
+#if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
+    float whole = hits.h_out - hits.h_in;
+    vec3 all_along = at_out - at_in;
+    at_out = at_in + all_along * ((end - hits.h_in) / whole);
+    at_in = at_in + all_along * ((begin - hits.h_in) / whole);
+#endif
+    vec3 along = at_out - at_in;
     /* The bound on the loop is a uniform: a count from interpolants can run away. */
     float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
 #if (VARIANT & FLAG_LIT) != 0
     vec3 v = view_vector(p);
+    mat3 to_world = normal_map(tetra);
 #endif
 
 #if (VARIANT & FLAG_MEDIUM) != 0
@@ -131,9 +195,7 @@ void main() {
 #if (VARIANT & FLAG_LIT) != 0
         vec3 gradient = texture(medium_gradient, q).xyz;
         float g = length(gradient);
-        vec3 n = normal_from_texture(tetra, gradient);
-        n *= inversesqrt(max(dot(n, n), 1.0e-30));
-        source = lit(source, n, v, g / (g + 0.01));
+        source = lit(source, unit(to_world * gradient), v, g / (g + 0.01));
 #endif
         float tau_i = m.a * length_scaled;
         float lost = left * one_minus_exp(tau_i);
@@ -182,28 +244,21 @@ void main() {
     vec4 m = texture(solid, q); /* s-weighted colour, s */
     vec3 source = m.rgb / max(m.a, 1.0e-30);
 #if (VARIANT & FLAG_LIT) != 0
-    vec3 n = normal_from_texture(tetra, texture(solid_gradient, q).xyz);
-    /* Cut open by the shell's boundary, where s need not change at all: the face entered. */
-    float l0 = -(b1 + b2 + b3), l = 0.0;
-    vec3 face = vec3(0.0);
-    float t_face = -1.0e38;
-    float t0 = l0 > 0.0 ? -(1.0 - a1 - a2 - a3) / l0 : -1.0e38;
-    face = t0 > t_face ? tetra.g1 + tetra.g2 + tetra.g3 : face;
-    t_face = max(t_face, t0);
-    float t1 = b1 > 0.0 ? -a1 / b1 : -1.0e38;
-    face = t1 > t_face ? -tetra.g1 : face;
-    t_face = max(t_face, t1);
-    float t2 = b2 > 0.0 ? -a2 / b2 : -1.0e38;
-    face = t2 > t_face ? -tetra.g2 : face;
-    t_face = max(t_face, t2);
-    float t3 = b3 > 0.0 ? -a3 / b3 : -1.0e38;
-    face = t3 > t_face ? -tetra.g3 : face;
-    n = at_boundary && !(dot(n, v) > 0.0) ? world_normal(face) : n;
-    n *= inversesqrt(max(dot(n, n), 1.0e-30));
-    source = lit(source, n, v, 1.0);
+    vec3 n = to_world * texture(solid_gradient, q).xyz;
+    /* Cut open by the shell's boundary, s need not change at all: the normal of the face entered,
+     * the one opposite the vertex whose coordinate is 0 there. */
+    vec3 lambda = hits.lambda_in;
+    float lambda_0 = 1.0 - lambda.x - lambda.y - lambda.z;
+    float least = min(min(lambda.x, lambda.y), min(lambda.z, lambda_0));
+    vec3 a = lambda_0 == least ? tetra.e2 - tetra.e1 : lambda.x == least ? tetra.e2 : tetra.e1;
+    vec3 b = lambda_0 == least || lambda.z != least ? tetra.e3 : tetra.e2;
+    b = lambda_0 == least ? tetra.e3 - tetra.e1 : b;
+    vec3 face = world_normal(cross(a, b));
+    n = at_boundary && !(dot(n, n) > 1.0e-12) ? (dot(face, v) < 0.0 ? -face : face) : n;
+    source = lit(source, unit(n), v, 1.0);
 #endif
     picture = vec4(source, OPAQUE_DEPTH);
-    gl_FragDepth = DEPTH_OF_T(t_near + t_in + (t_out - t_in) * high);
+    gl_FragDepth = DEPTH_OF_T(h0 - 1.0 + begin + (end - begin) * high);
 #endif
 #endif
 }

@@ -129,8 +129,6 @@ static float nearest_depth(const struct path_object *object, uint32_t tetra) {
 /* Appends a tetrahedron's outline as a fan; false where memory ran out. */
 static bool append_outline(struct outlines *out, const struct path_object *object, uint32_t index,
                            uint32_t tetra) {
-    if (isnan(object->shell->cell[tetra][1][0]))
-        return true; /* flat: holds nothing */
     double outline[OUTLINE_MAX][2];
     int corners = project_outline(object->shell, &object->projection, tetra, outline);
     if (corners == 0)
@@ -173,11 +171,11 @@ static enum status upload_shell(struct tetra *tetra, const struct shell *shell,
                                 struct picture *picture, struct error *err) {
     if (resident_find(&tetra->shells, shell->serial))
         return STATUS_OK;
-    uint64_t texels = (uint64_t)shell->tetra_count * SHELL_CELL_TEXELS;
+    uint64_t texels = (uint64_t)shell->tetra_count * CELL_TEXELS;
     if (texels > (uint64_t)tetra->texels_max)
         return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
                            "a shell of %u tetrahedra: this GL holds %u in one table",
-                           shell->tetra_count, (unsigned)tetra->texels_max / SHELL_CELL_TEXELS);
+                           shell->tetra_count, (unsigned)tetra->texels_max / CELL_TEXELS);
     struct device_shell *device = calloc(1, sizeof *device);
     if (!device)
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's buffers");

@@ -93,30 +93,31 @@ static double dot(const double a[3], const double b[3]) {
 }
 
 /* Fills the shader's record of one tetrahedron; false where it has no volume. */
-static bool fill_cell(const double p[4][3], const double uvw[4][3],
-                      float cell[SHELL_CELL_TEXELS][4]) {
-    double edge[3][3], gradient[3][3];
-    for (int k = 0; k < 3; k++)
-        for (int i = 0; i < 3; i++)
-            edge[k][i] = p[k + 1][i] - p[0][i];
-    for (int k = 0; k < 3; k++)
-        cross(edge[(k + 1) % 3], edge[(k + 2) % 3], gradient[k]);
-    double volume = dot(edge[0], gradient[0]);
-    float packed[SHELL_CELL_TEXELS * 4];
-    for (int i = 0; i < 3; i++) {
-        packed[i] = (float)p[0][i];
-        packed[4 * i + 3] = (float)uvw[0][i];
-    }
-    bool solid = volume != 0;
+static bool fill_cell(const double p[4][3], const double uvw[4][3], float cell[CELL_TEXELS][4]) {
+    double edge[3][3], normal[3];
+    float u[3][3];
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < 3; i++) {
-            float g = (float)(gradient[k][i] / volume);
-            solid = solid && isfinite(g);
-            packed[4 * (k + 1) + i] = g;
-            packed[15 + 3 * k + i] = (float)(uvw[k + 1][i] - uvw[0][i]);
+            edge[k][i] = p[k + 1][i] - p[0][i];
+            u[k][i] = (float)(uvw[k + 1][i] - uvw[0][i]);
         }
-    memcpy(cell, packed, sizeof packed);
-    return solid;
+    for (int i = 0; i < 3; i++) {
+        for (int v = 0; v < 4; v++)
+            cell[v][i] = (float)p[v][i];
+        for (int k = 0; k < 3; k++)
+            cell[4 + k][i] = (float)edge[k][i];
+        cell[7][1 + i] = u[2][i];
+    }
+    cell[0][3] = (float)uvw[0][0];
+    cell[1][3] = (float)uvw[0][1];
+    cell[2][3] = u[0][0];
+    cell[3][3] = u[0][1];
+    cell[4][3] = u[0][2];
+    cell[5][3] = u[1][0];
+    cell[6][3] = u[1][1];
+    cell[7][0] = u[1][2];
+    cross(edge[1], edge[2], normal);
+    return dot(edge[0], normal) != 0;
 }
 
 static void build_cells(const struct mesh *mesh, const double tiles[2], struct shell *shell) {
@@ -151,11 +152,8 @@ static void build_cells(const struct mesh *mesh, const double tiles[2], struct s
                     double d[3] = {p[b][0] - p[a][0], p[b][1] - p[a][1], p[b][2] - p[a][2]};
                     longest2 = fmax(longest2, dot(d, d));
                 }
-            if (!fill_cell(p, uvw, shell->cell[index])) {
-                if (shell->diagnosis.flat++ == 0)
-                    shell->diagnosis.flat_first = index;
-                shell->cell[index][1][0] = NAN; /* tells the drawing passes to leave it out */
-            }
+            if (!fill_cell(p, uvw, shell->cell[index]) && shell->diagnosis.flat++ == 0)
+                shell->diagnosis.flat_first = index;
         }
     }
     shell->longest = (float)fmin(sqrt(longest2) * 1.000001, FLT_MAX);
@@ -263,5 +261,5 @@ void shell_warn(const struct shell *shell, const char *pointer, struct report *r
                     "they overlap there: make the shell thinner");
     if (found->flat)
         report_warn(report, "flat-tetrahedra", pointer, found->flat, found->flat_first,
-                    "tetrahedra without volume hold no material and are left out");
+                    "tetrahedra without volume hold no material");
 }

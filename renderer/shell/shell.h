@@ -14,16 +14,17 @@
 #include "api/report.h"
 #include "api/status.h"
 #include "renderer/asset/mesh.h"
+#include "shaders/interface.h"
 
 #define SHELL_NONE UINT32_MAX
 
-/* What the shaders need of one tetrahedron: SHELL_CELL_TEXELS texels of four floats (interface.h).
- * With v0 its first vertex relative to `center`, g_k the gradient of the barycentric coordinate
- * lambda_k, and e_k = uvw_k - uvw_0, for k = 1..3:
- *   (v0, uvw_0.x) (g_1, uvw_0.y) (g_2, uvw_0.z) (g_3, e_1.x) (e_1.yz, e_2.xy) (e_2.z, e_3)
- * lambda_k(p) = g_k . (p - v0), lambda_0 = 1 - the others. */
-enum { SHELL_CELL_TEXELS = 6 };
-
+/* What the shaders need of one tetrahedron: CELL_TEXELS texels of four floats (interface.h). With
+ * v_k its vertices relative to `center`, e_k = v_k - v_0 (rounded from fp64, so that thin cells far
+ * from the centre keep their shape) and u_k = uvw_k - uvw_0:
+ *   (v_0, uvw_0.x) (v_1, uvw_0.y) (v_2, u_1.x) (v_3, u_1.y)
+ *   (e_1, u_1.z) (e_2, u_2.x) (e_3, u_2.y) (u_2.z, u_3)
+ * uvw_0.z is not there: every first vertex is a bottom, w = 0. Neighbours hold the same bits for the
+ * vertices they share, in the same order along every shared edge. */
 struct shell {
     uint64_t serial;       /* from 1, unique among all shells that one cache ever made */
     uint32_t vertex_count; /* twice the mesh's: bottoms, then tops */
@@ -33,12 +34,12 @@ struct shell {
     uint32_t tetra_count;
     uint32_t (*tetra)[4];                /* vertices; face k lies opposite vertex k */
     uint32_t (*neighbour)[4];            /* tetrahedron behind face k, SHELL_NONE on the boundary */
-    float (*cell)[SHELL_CELL_TEXELS][4]; /* for the shaders */
+    float (*cell)[CELL_TEXELS][4]; /* for the shaders */
     float longest; /* longest edge of any tetrahedron, object units: bounds every loop */
     double thickness;
     struct shell_diagnosis {
         uint64_t inverted, inverted_first; /* prisms whose Jacobian changes sign; mesh triangle */
-        uint64_t flat, flat_first;         /* tetrahedra without volume: left out of drawing */
+        uint64_t flat, flat_first;         /* tetrahedra without volume: they hold nothing */
     } diagnosis;
     size_t bytes;
     int references;
