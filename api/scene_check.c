@@ -140,7 +140,8 @@ static void count_triangles(struct reader *reader, const struct scene_mesh *mesh
     if (*total <= SCENE_TRIANGLES_MAX || triangles_of(mesh) == 0)
         return;
     size_t mark = json_path_enter_name(&reader->path, first);
-    json_path_enter_name(&reader->path, second);
+    if (second)
+        json_path_enter_name(&reader->path, second);
     reader_refuse(reader, REFUSAL_TRIANGLES, "%lld up to here, at most %d", (long long)*total,
                   SCENE_TRIANGLES_MAX);
     json_path_leave(&reader->path, mark);
@@ -155,7 +156,7 @@ static void check_scene(struct reader *reader, const struct scene *scene) {
         if (object->kind == SCENE_OBJECT_SHELL)
             count_triangles(reader, &object->shell.mesh, "shell", "mesh", &total);
         else if (object->kind == SCENE_OBJECT_MESH)
-            count_triangles(reader, &object->mesh.mesh, "mesh", "mesh", &total);
+            count_triangles(reader, &object->mesh.mesh, "mesh", NULL, &total);
         json_path_leave(&reader->path, mark);
     }
     json_path_leave(&reader->path, outer);

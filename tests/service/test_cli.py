@@ -124,14 +124,14 @@ class Cli(unittest.TestCase):
 
     def test_assets(self):
         def with_asset(name):
-            return self.scene("s.json", {"objects": [{"mesh": {"mesh": {"asset": name}}}]})
+            return self.scene("s.json", {"objects": [{"mesh": {"asset": name}}]})
         out = ("-o", self.path("a.png"))
         self.refused(4, "none.glb", "render", with_asset("none.glb"), *out)
         self.refused(3, "asset", "render", with_asset("../none.glb"), *out)
         self.refused(3, "asset", "render", with_asset("/etc/passwd"), *out)
         with open(self.path("bad.glb"), "wb") as file:
             file.write(b"glTF\x02\0\0\0")
-        self.refused(4, "/objects/0/mesh/mesh", "render", with_asset("bad.glb"), *out)
+        self.refused(4, "/objects/0/mesh", "render", with_asset("bad.glb"), *out)
         self.refused(4, "bad.glb", "render", with_asset("bad.glb"), *out,
                      "--assets", self.path("elsewhere"))
 

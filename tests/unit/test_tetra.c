@@ -198,7 +198,7 @@ static void test_cut_by_a_mesh(void **state) {
                      "{'image': {'width': 16, 'height': 16, 'samples': 1}, 'ambient': [1, 1, 1], "
                      "'lights': [], 'camera': {'eye': [0, 0, 5], 'target': [0, 0, 0], 'up': [0, 1, "
                      "0], 'fov_y_deg': 20}, 'objects': [" SLAB ", {'mesh': {'shape': 'plane', "
-                     "'size': [8, 8], 'color': [1, 0, 0]}, 'transform': {'translate': [0, 0, "
+                     "'size': [8, 8]}, 'color': [1, 0, 0], 'transform': {'translate': [0, 0, "
                      "0.25]}}]}",
                      6, 6, 0.5, 2.0, ""),
         STATUS_OK);
