@@ -333,7 +333,7 @@ static enum status draw_outlines(struct tetra *tetra, struct picture *picture,
             bound = run->object;
         }
         glDrawElements(GL_TRIANGLES, (GLsizei)run->count, GL_UNSIGNED_INT,
-                       (const char *)NULL + run->first * sizeof *outlines->indices);
+                       (const void *)(uintptr_t)(run->first * sizeof *outlines->indices));
         picture->report->work.draws++;
     }
     if (status == STATUS_OK)
