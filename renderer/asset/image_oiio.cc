@@ -40,6 +40,12 @@ int refuse(char *message, size_t bytes, const std::string &text) {
     return -1;
 }
 
+// The first line of what the library says; the others advise whoever runs it.
+std::string reason(ImageInput &input) {
+    std::string text = input.geterror();
+    return text.substr(0, text.find('\n'));
+}
+
 struct Format {
     const char *reader; // OpenImageIO's name
     const char *name;   // for people
@@ -120,6 +126,12 @@ std::string header_fault(const Format &format, const unsigned char *data, size_t
             return "WebP image without its header";
         if (std::memcmp(data + 12, "VP8X", 4) == 0)
             return dimension_fault("WebP", little(data + 24, 3) + 1, little(data + 27, 3) + 1);
+        if (std::memcmp(data + 12, "VP8L", 4) == 0) {
+            uint64_t size = little(data + 21, 4); // two fields of 14 bits, each less one
+            return dimension_fault("WebP", (size & 0x3fff) + 1, (size >> 14 & 0x3fff) + 1);
+        }
+        return dimension_fault("WebP", little(data + 26, 2) & 0x3fff,
+                               little(data + 28, 2) & 0x3fff);
     }
     return "";
 }
@@ -179,7 +191,7 @@ int decode_checked(const unsigned char *data, size_t bytes, image_pixels *image,
     hints.attribute("oiio:UnassociatedAlpha", 1);
     if (!input->open(std::string("asset.") + format->reader, spec, hints))
         return refuse(message, message_bytes,
-                      name + " image that cannot be opened: " + input->geterror());
+                      name + " image that cannot be opened: " + reason(*input));
     fault = dimension_fault(format->name, spec.width < 0 ? 0 : (uint64_t)spec.width,
                             spec.height < 0 ? 0 : (uint64_t)spec.height);
     if (fault.empty() && (spec.depth > 1 || spec.deep))
@@ -203,7 +215,7 @@ int decode_checked(const unsigned char *data, size_t bytes, image_pixels *image,
     bool complete = read_stripes(*input, spec, channels, pixels.get()) && !input->has_error();
     if (!complete)
         return refuse(message, message_bytes,
-                      name + " image that is cut short or damaged: " + input->geterror());
+                      name + " image that is cut short or damaged: " + reason(*input));
     image->width = spec.width;
     image->height = spec.height;
     image->channels = channels;
