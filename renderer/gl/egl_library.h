@@ -27,7 +27,7 @@ struct egl_library {
     PFNEGLMAKECURRENTPROC make_current;
     PFNEGLRELEASETHREADPROC release_thread;
     PFNEGLGETPLATFORMDISPLAYEXTPROC
-        get_platform_display;                           /* NULL: EGL_EXT_platform_base is absent */
+    get_platform_display;                               /* NULL: EGL_EXT_platform_base is absent */
     PFNEGLQUERYDEVICESEXTPROC query_devices;            /* NULL: cannot enumerate */
     PFNEGLQUERYDEVICESTRINGEXTPROC query_device_string; /* NULL: cannot ask a device its name */
 };
