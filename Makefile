@@ -21,15 +21,19 @@ WARN     := -Wall -Wextra -Wshadow -Wpointer-arith -Wcast-qual -Wwrite-strings -
             -Wformat=2 $(if $(WERROR),-Werror)
 WARN_C   := $(WARN) -Wstrict-prototypes -Wmissing-prototypes -Wold-style-definition
 SAN      :=
+COMMA    := ,
+KEEP     :=
 ifdef ASAN
 SAN := -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
 OPT := -O1 -g
+# Leaks of libraries can only be named, and passed over (tests/asan.supp), while these are mapped.
+KEEP := $(BUILD)/obj/tests/unit/keep_modules.o
 endif
 CPPFLAGS := -I. -I$(BUILD)/gen -I$(BUILD)/gen/glad/include -D_GNU_SOURCE \
             -DPELT_VERSION='"$(VERSION)"'
 CFLAGS   := -std=c11 $(OPT) $(WARN_C) $(SAN) -fvisibility=hidden -ffp-contract=off -pthread
 CXXFLAGS := -std=c++17 $(OPT) $(WARN) $(SAN) -fvisibility=hidden -pthread -fPIC
-LDFLAGS  := $(SAN) -pthread
+LDFLAGS  := $(SAN) -pthread $(if $(KEEP),-Wl$(COMMA)--export-dynamic-symbol=dlclose)
 LIBS     := -lmicrohttpd -ljansson -lgnutls -lpng -lz -lm -ldl
 
 # Every .c belongs to the program by lying in its room; main is the only file with a main().
@@ -56,7 +60,7 @@ all: $(BUILD)/pelt $(MODULES) ## build build/pelt and its modules
 
 tests: all $(TEST_BIN) $(TOOL_BIN) ## build the tests
 
-$(BUILD)/pelt: $(BUILD)/obj/service/main.o $(BUILD)/libpelt.a
+$(BUILD)/pelt: $(BUILD)/obj/service/main.o $(KEEP) $(BUILD)/libpelt.a
 	@echo "LD   $@"
 	$(Q)$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 
@@ -124,10 +128,11 @@ $(BUILD)/lib/pelt/http_curl.so: service/module/http_curl.c service/module/http_c
 	@echo "CC   $<"
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -fPIC -shared -o $@ $< -lcurl
 
-$(BUILD)/tests/%: tests/%.c $(BUILD)/libpelt.a | $(GLAD_H)
+$(BUILD)/tests/%: tests/%.c $(KEEP) $(BUILD)/libpelt.a | $(GLAD_H)
 	@mkdir -p $(@D)
 	@echo "CC   $<"
-	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -o $@ $< $(BUILD)/libpelt.a $(LDFLAGS) -lcmocka $(LIBS)
+	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -o $@ $< $(KEEP) $(BUILD)/libpelt.a $(LDFLAGS) \
+	    -lcmocka $(LIBS)
 
 # Small programs that tests and checks run; no cmocka.
 $(BUILD)/tests/tools/%: tests/tools/%.c $(BUILD)/libpelt.a
