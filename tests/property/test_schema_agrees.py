@@ -119,7 +119,7 @@ def cost_rule(scene):
                "terrain": [64, 64], "teapot": [8, 8]}
     triangles = 0
     for thing in scene["objects"]:
-        mesh = thing.get("shell", thing.get("mesh", {})).get("mesh", {})
+        mesh = thing.get("shell", thing).get("mesh", {})
         if "shape" in mesh:
             n, m = mesh.get("divisions", default[mesh["shape"]])
             triangles += 2 * n * m * (32 if mesh["shape"] == "teapot" else 1)
@@ -200,7 +200,7 @@ def aim(rng, document):
     if kind != "scene":
         here = rng.choice(document["objects"])
     if kind == "mesh":
-        here = here.get("shell", here.get("mesh", {})).get("mesh", {})
+        here = here.get("shell", here).get("mesh", {})
     key, value = rng.choice(AIMED[kind])
     here[key] = copy.deepcopy(value)
     return document

@@ -338,7 +338,7 @@ int main(void) {
     struct json_out out = {0};
     json_out_open(&out, '{');
     put_text(&out, "$schema", "https://json-schema.org/draft/2020-12/schema");
-    put_text(&out, "$id", "urn:pelt:scene:1");
+    put_text(&out, "$id", "https://pelt.invalid/1/scene.schema.json");
     put_text(&out, "title", "A scene of Pelt, version 1");
     put_text(&out, "$comment", "Made by `make generate` from scene_members.def.");
     put_ref(&out, SCENE_NODE_scene);

@@ -60,7 +60,7 @@ static void what_is_drawn(void **state) {
         ONE("{" TORUS("{\"builtin\": \"clouds\"}") "}"),
         ONE("{" TORUS("{\"builtin\": \"chain\"}") "}"),
         ONE("{" TORUS("{\"height\": \"h.png\"}") "}"),
-        ONE("{\"mesh\": {\"mesh\": {\"asset\": \"a.glb\"}}}"),
+        ONE("{\"mesh\": {\"asset\": \"a.glb\"}}"),
     };
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
         struct read read;

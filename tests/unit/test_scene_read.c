@@ -133,7 +133,7 @@ static void every_fault_is_told(void **state) {
               "\"ortho_height\": 2}, \"lights\": [{\"direction\": [0, 0, 0]}, 3], "
               "\"ambient\": \"dark\", \"objects\": [{\"shell\": {\"mesh\": {\"shape\": \"cube\"}, "
               "\"thickness\": -1, \"material\": {\"builtin\": \"fur\", \"extinction\": 1}}}, {}, "
-              "{\"mesh\": {\"mesh\": {\"shape\": \"torus\", \"height\": 1}}, \"shell\": null}, "
+              "{\"mesh\": {\"shape\": \"torus\", \"height\": 1}, \"shell\": null}, "
               "{\"mesh\": {}, \"path\": \"slicing\", \"quality\": {\"samples\": 4.5}}], "
               "\"a/b~c\": 1e999}");
     const struct {
@@ -156,7 +156,7 @@ static void every_fault_is_told(void **state) {
         {"/objects/1", "needs one of `shell`, `skeleton`, `mesh`"},
         {"/objects/2/mesh", "excludes `shell`"},
         {"/objects/2/shell", "an object, is null"},
-        {"/objects/3/mesh", "`mesh` is required"},
+        {"/objects/3/mesh", "needs one of `asset`, `shape`"},
         {"/objects/3/quality/samples", "an integer, is 4.5"},
         {"/a~1b~0c", "too large"},
     };
@@ -170,7 +170,7 @@ static void every_fault_is_told(void **state) {
 static void quality_is_the_paths_own(void **state) {
     (void)state;
     struct read read;
-    read_text(&read, "{\"objects\": [{\"mesh\": {\"mesh\": {\"shape\": \"torus\"}}, \"path\": "
+    read_text(&read, "{\"objects\": [{\"mesh\": {\"shape\": \"torus\"}, \"path\": "
                      "\"tetra\", \"quality\": {\"samples\": 4, \"slices\": 9, \"method\": "
                      "\"auto\"}}]}");
     assert_int_equal(read.status, STATUS_INVALID_SCENE);
@@ -225,14 +225,14 @@ static void names_of_assets(void **state) {
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         char text[512];
-        snprintf(text, sizeof text, "{\"objects\": [{\"mesh\": {\"mesh\": {\"asset\": \"%s\"}}}]}",
+        snprintf(text, sizeof text, "{\"objects\": [{\"mesh\": {\"asset\": \"%s\"}}]}",
                  rows[i].name);
         struct read read;
         read_text(&read, text);
         if (read.status != rows[i].status)
             fail_msg("%s is answered with %s", rows[i].name, status_slug(read.status));
         if (read.status != STATUS_OK)
-            assert_fault(&read.err, "/objects/0/mesh/mesh/asset", "name of an asset");
+            assert_fault(&read.err, "/objects/0/mesh/asset", "name of an asset");
         read_finish(&read);
     }
 }
@@ -305,7 +305,7 @@ static void cut_short(void **state) {
 static void transforms_are_composed(void **state) {
     (void)state;
     struct read read;
-    read_text(&read, "{\"objects\": [{\"mesh\": {\"mesh\": {\"shape\": \"plane\"}}, \"transform\": "
+    read_text(&read, "{\"objects\": [{\"mesh\": {\"shape\": \"plane\"}, \"transform\": "
                      "{\"translate\": [1, 2, 3], \"rotate_deg\": [90, 0, 90], "
                      "\"scale\": [2, 3, 4]}}]}");
     assert_int_equal(read.status, STATUS_OK);
@@ -313,7 +313,7 @@ static void transforms_are_composed(void **state) {
     static const double wanted[16] = {0, 2, 0, 0, 0, 0, 3, 0, 4, 0, 0, 0, 1, 2, 3, 1};
     assert_numbers(read.scene.objects[0].transform, wanted, 16);
     read_finish(&read);
-    read_text(&read, "{\"objects\": [{\"mesh\": {\"mesh\": {\"shape\": \"plane\"}}, \"transform\": "
+    read_text(&read, "{\"objects\": [{\"mesh\": {\"shape\": \"plane\"}, \"transform\": "
                      "{\"rotate_deg\": [10, 20, 30], \"scale\": 2}}]}");
     assert_int_equal(read.status, STATUS_OK);
     const double d = 3.14159265358979323846 / 180;

@@ -28,8 +28,8 @@ static void every_kind_of_scene(void **state) {
     assert_round_trip(LEAST(", \"camera\": {\"eye\": [0, 1, 2]}, \"lights\": []"));
     assert_round_trip(LEAST(", \"target\": {\"deadline_ms\": 5}, \"report\": {\"error\": "
                             "\"reference\"}"));
-    assert_round_trip("{\"objects\": [{\"mesh\": {\"mesh\": {\"shape\": \"terrain\", \"seed\": "
-                      "4294967295}, \"color\": [1, 0, 0.3]}, \"path\": \"gdm\", \"quality\": "
+    assert_round_trip("{\"objects\": [{\"mesh\": {\"shape\": \"terrain\", \"seed\": "
+                      "4294967295}, \"color\": [1, 0, 0.3], \"path\": \"gdm\", \"quality\": "
                       "{\"rank\": 7}}, {\"skeleton\": {\"asset\": \"s\", \"relief\": "
                       "{\"geometry\": {\"shape\": \"torus\"}}}}]}");
     assert_round_trip("{\"objects\": [{\"skeleton\": {\"joints\": [{\"position\": [1, 2, 3], "
@@ -75,7 +75,7 @@ static void transforms_to_the_last_bit(void **state) {
     (void)state;
     struct read first, second;
     read_text(&first,
-              "{\"objects\": [{\"mesh\": {\"mesh\": {\"shape\": \"plane\"}}, \"transform\": "
+              "{\"objects\": [{\"mesh\": {\"shape\": \"plane\"}, \"transform\": "
               "{\"translate\": [0.1, 0.2, 0.3], \"rotate_deg\": [11, 22.5, -33], \"scale\": "
               "[1e-6, 1e6, -3]}}]}");
     assert_int_equal(first.status, STATUS_OK);
@@ -124,7 +124,7 @@ static void assets_with_their_pointers(void **state) {
     read_text(
         &read,
         "{\"objects\": [{\"shell\": {\"mesh\": {\"asset\": \"a\"}, \"material\": {\"height\": "
-        "\"h\", \"color\": \"a\"}}}, {\"mesh\": {\"mesh\": {\"shape\": \"plane\"}}}, "
+        "\"h\", \"color\": \"a\"}}}, {\"mesh\": {\"shape\": \"plane\"}}, "
         "{\"shell\": {\"mesh\": {\"shape\": \"plane\"}, \"material\": {\"geometry\": "
         "{\"asset\": \"g\"}}}}, {\"skeleton\": {\"asset\": \"s\", \"relief\": {\"volume\": "
         "\"v\"}}}]}");

@@ -1,0 +1,78 @@
+/* Writes reports and problem documents of every sort, for the test that holds them to their
+ * schemas. One line each: "report" or "problem", a space, the document. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/problem_write.h"
+#include "api/report.h"
+
+static void print(const char *what, char *document) {
+    if (!document)
+        exit(1);
+    printf("%s %s\n", what, document);
+    free(document);
+}
+
+static void read_scene(struct arena *arena, struct scene *scene, const char *json) {
+    if (scene_read(json, strlen(json), arena, scene, NULL) != STATUS_OK)
+        exit(1);
+}
+
+static void print_reports(void) {
+    struct arena arena = {0};
+    static struct report report;
+    read_scene(&arena, &report.resolved,
+               "{\"objects\": [{\"mesh\": {\"shape\": \"plane\"}}]}");
+    print("report", report_write(&report));
+
+    /* Everything at its fullest, with texts that are too long or not UTF-8. */
+    char longest[600];
+    memset(longest, 'x', sizeof longest - 1);
+    longest[sizeof longest - 1] = 0;
+    for (int i = 0; i < REPORT_STAGE_COUNT; i++)
+        report.stage_ms[i] = 0.1 * i;
+    report.total_ms = 1e9;
+    report.clock = REPORT_CLOCK_QUERY;
+    report.cold = true;
+    strcpy(report.backend, "egl");
+    strcpy(report.device, "device \"0\"\n");
+    strcpy(report.gl_renderer, "bad \xFF bytes \xC3");
+    report.threads = 64;
+    report.loaded_count = REPORT_LOADED_MAX;
+    memset(&report.work, 0xFF, sizeof report.work);
+    for (int i = 0; i < REPORT_PASSES_MAX; i++) {
+        report_pass(&report, i ? "tetra" : longest, longest);
+        report_left_out(&report, "shadow", "no light casts a shadow");
+    }
+    for (int i = 0; i < REPORT_WARNINGS_MAX + 5; i++)
+        report_warn(&report, "zero-area-triangles", i ? "/objects/0/shell/mesh" : NULL, UINT64_MAX,
+                    7, "%d %s", i, longest);
+    report.resolved.camera.given = true;
+    report.resolved.camera.eye[1] = -3;
+    print("report", report_write(&report));
+    arena_free(&arena);
+}
+
+static void print_problems(void) {
+    for (int status = 0; status < STATUS_COUNT; status++) {
+        struct error err = {.status = (enum status)status};
+        print("problem", problem_write(&err, NULL));
+        if (status == STATUS_OK)
+            continue;
+        err.status = STATUS_OK;
+        error_fault(&err, (enum status)status, NULL, "%s", "no scene is involved");
+        print("problem", problem_write(&err, "0123456789abcdef"));
+        error_fault(&err, (enum status)status, "/a~1b~0c/0/\xC3\xA9", "quoted \"%s\"", "\x01");
+        for (int i = 0; i < ERROR_FAULTS_MAX + 3; i++)
+            error_fault(&err, (enum status)status, "", "fault %d", i);
+        print("problem", problem_write(&err, "id"));
+        error_clear(&err);
+    }
+}
+
+int main(void) {
+    print_reports();
+    print_problems();
+    return 0;
+}
