@@ -27,6 +27,7 @@ namespace {
 constexpr std::size_t SURFACES_MAX = 65535;                     // gltf_soup.surface is 16 bits wide
 constexpr std::size_t IMAGE_BYTES_MAX = std::size_t(256) << 20; // encoded, all together
 constexpr double POSITION_MAX = 1e30; // beyond it fp32, which pictures are drawn in, overflows
+constexpr double UV_MAX = 1e9;        // beyond it the place within a tile is lost
 
 bool file_exists(const std::string &, void *) {
     return false;
@@ -355,7 +356,7 @@ class converter {
                        const double cofactor[9], double sign) {
         std::uint64_t t = soup->triangle_count++;
         const matrix &m = at.object_from_mesh;
-        bool uv_finite = p.has_uv;
+        bool uv_usable = p.has_uv;
         for (std::size_t k = 0; k < 3; k++) {
             std::size_t i = std::size_t(vertex[k]), to = std::size_t(3 * t) + k;
             double v[3] = {0, 0, 0};
@@ -390,12 +391,12 @@ class converter {
                 const double *a = p.uv_transform;
                 soup->uv[to][0] = a[0] * v[0] + a[1] * v[1] + a[2];
                 soup->uv[to][1] = a[3] * v[0] + a[4] * v[1] + a[5];
-                uv_finite =
-                    uv_finite && std::isfinite(soup->uv[to][0]) && std::isfinite(soup->uv[to][1]);
+                uv_usable =
+                    uv_usable && std::isfinite(soup->uv[to][0]) && std::isfinite(soup->uv[to][1]);
             }
         }
         soup->has_normal[t] = p.has_normal;
-        soup->has_uv[t] = uv_finite;
+        soup->has_uv[t] = uv_usable;
         soup->surface[t] = p.surface;
     }
 

@@ -29,7 +29,7 @@ struct gltf_soup {
     double (*position)[3]; /* finite, at most 1e30 */
     float (*normal)[3];    /* of any length; zero where there is none */
     double (*uv)[2];
-    uint8_t *has_normal, *has_uv; /* for each triangle; UVs that are not finite count as none */
+    uint8_t *has_normal, *has_uv; /* for each triangle; UVs beyond 1e9 (or NaN) count as none */
     uint16_t *surface;            /* for each triangle */
     uint32_t surface_count, image_count;
     struct gltf_surface *surfaces;
