@@ -1,0 +1,257 @@
+/* SXMPVO: along every ray of the picture, whatever is nearer comes later in the order; cycles are
+ * found; the A-buffer's samples are the picture's. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "renderer/shell/abuffer.h"
+#include "renderer/shell/sort.h"
+
+static const double identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+
+static void look_at(const struct shell *shell, const double eye[3], bool orthographic, int side,
+                    struct projection *projection) {
+    struct scene_camera camera = {.given = true,
+                                  .orthographic = orthographic,
+                                  .ortho_height = 3,
+                                  .fov_y_deg = 40,
+                                  .eye = {eye[0], eye[1], eye[2]},
+                                  .up = {0, 0, 1}};
+    struct scene_image image = {.width = side, .height = side, .samples = 1};
+    struct view world, view;
+    view_from_camera(&camera, &image, shell->bounds_min, shell->bounds_max, 1, &world);
+    view_in_object(&world, identity, shell->center, &view);
+    struct error err = {0};
+    assert_int_equal(project_shell(shell, &view, projection, &err), STATUS_OK);
+}
+
+/* The interval of t in which a ray lies in a tetrahedron, in fp64, from its planes. */
+static bool meet(const struct shell *shell, uint32_t t, const double o[3], const double d[3],
+                 double *t_in, double *t_out) {
+    *t_in = -1;
+    *t_out = INFINITY;
+    for (int k = 0; k < 4; k++) {
+        const double *p = shell->position[shell->tetra[t][(k + 1) & 3]];
+        const double *q = shell->position[shell->tetra[t][(k + 2) & 3]];
+        const double *r = shell->position[shell->tetra[t][(k + 3) & 3]];
+        const double *in = shell->position[shell->tetra[t][k]];
+        double a[3], b[3], n[3], side = 0, distance = 0, speed = 0;
+        for (int i = 0; i < 3; i++) {
+            a[i] = q[i] - p[i];
+            b[i] = r[i] - p[i];
+        }
+        for (int i = 0; i < 3; i++)
+            n[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+        for (int i = 0; i < 3; i++) {
+            side += n[i] * (in[i] - p[i]);
+            distance += n[i] * (o[i] - p[i]);
+            speed += n[i] * d[i];
+        }
+        if (side < 0) {
+            distance = -distance;
+            speed = -speed;
+        }
+        if (speed > 0)
+            *t_in = fmax(*t_in, -distance / speed);
+        else if (speed < 0)
+            *t_out = fmin(*t_out, -distance / speed);
+        else if (distance < 0)
+            return false;
+    }
+    return *t_in < *t_out;
+}
+
+static void check_order(const struct shell *shell, const struct projection *projection,
+                        const struct sort_result *sorted) {
+    uint32_t *rank = malloc(shell->tetra_count * sizeof *rank);
+    assert_int_equal(sorted->count, shell->tetra_count);
+    memset(rank, 0xff, shell->tetra_count * sizeof *rank);
+    for (uint64_t i = 0; i < sorted->count; i++) {
+        uint32_t t = (uint32_t)sorted->order[i];
+        assert_true(t < shell->tetra_count && rank[t] == UINT32_MAX); /* each once */
+        rank[t] = (uint32_t)i;
+    }
+    const struct view *view = &projection->view;
+    struct met {
+        double begin, end;
+        uint32_t tetra;
+    } met[512];
+    int pairs = 0;
+    for (int y = 0; y < view->height; y += 3)
+        for (int x = 0; x < view->width; x += 3) {
+            double px = (x + 0.5) * 2 / view->width - 1, py = (y + 0.5) * 2 / view->height - 1;
+            double o[3], d[3];
+            for (int i = 0; i < 3; i++) {
+                o[i] = view->o0[i] + px * view->ou[i] + py * view->ov[i];
+                d[i] = view->d0[i] + px * view->du[i] + py * view->dv[i];
+            }
+            int count = 0;
+            for (uint32_t t = 0; t < shell->tetra_count; t++)
+                if (meet(shell, t, o, d, &met[count].begin, &met[count].end)) {
+                    met[count].tetra = t;
+                    assert_true(++count < 512);
+                }
+            for (int a = 0; a < count; a++)
+                for (int b = 0; b < count; b++) {
+                    /* a wholly before b, by more than rounding: b must be drawn first. */
+                    if (!(met[a].end <= met[b].begin + 1e-12 && met[a].begin < met[b].begin - 1e-12))
+                        continue;
+                    pairs++;
+                    assert_true(rank[met[b].tetra] < rank[met[a].tetra]);
+                }
+        }
+    assert_true(pairs > 1000);
+    free(rank);
+}
+
+static void test_order(void **state) {
+    (void)state;
+    static const struct scene_mesh specs[] = {
+        {.kind = SCENE_MESH_TORUS, .radius = 1, .tube = 0.4, .divisions = {20, 10}},
+        {.kind = SCENE_MESH_SPHERE, .radius = 1, .divisions = {16, 8}},
+        {.kind = SCENE_MESH_TERRAIN, .size = {2, 2}, .height = 0.6, .seed = 3, .divisions = {14, 14}},
+    };
+    static const double eyes[][3] = {{0, -3, 2.2}, {4, 0.3, 0.01}, {0.02, 0.01, 5}, {0.3, -0.9, 0.2}};
+    const double tiles[2] = {1, 1};
+    struct mesh_cache *meshes = mesh_cache_create(1 << 24);
+    struct error err = {0};
+    for (int s = 0; s < 3; s++)
+        for (int e = 0; e < 4; e++)
+            for (int ortho = 0; ortho < 2; ortho++) {
+                const struct mesh *mesh;
+                struct shell *shell;
+                struct projection projection;
+                struct sort_result sorted;
+                assert_int_equal(mesh_acquire(meshes, &specs[s], false, "", NULL, &mesh, &err),
+                                 STATUS_OK);
+                assert_int_equal(shell_build(mesh, 0.15, tiles, "", &shell, &err), STATUS_OK);
+                look_at(shell, eyes[e], ortho, 64, &projection);
+                struct sort_shell one = {shell, &projection};
+                assert_int_equal(sort_tetrahedra(&one, 1, &sorted, &err), STATUS_OK);
+                assert_int_equal(sorted.cycles, 0);
+                check_order(shell, &projection, &sorted);
+                free(sorted.order);
+                projection_finish(&projection);
+                shell_destroy(shell);
+                mesh_release(meshes, mesh);
+            }
+    mesh_cache_destroy(meshes);
+}
+
+/* Three long tetrahedra, each lying over the next as the sticks of a campfire: no order exists. Built
+ * by hand, unlinked, so that the A-buffer alone must find it. */
+static void test_cycle(void **state) {
+    (void)state;
+    struct shell shell = {.vertex_count = 12, .tetra_count = 3};
+    double position[12][3];
+    uint32_t tetra[3][4], neighbour[3][4];
+    memset(neighbour, 0xff, sizeof neighbour);
+    for (uint32_t t = 0; t < 3; t++) {
+        double a = t * 2 * M_PI / 3, c = cos(a), s = sin(a);
+        /* A stick along x at y = -0.4, rising from z = 0 to 1, turned by a third each. */
+        const double stick[4][3] = {
+            {-1, -0.5, 0}, {-1, -0.3, 0}, {1, -0.4, 1}, {1, -0.4, 1.1}};
+        for (uint32_t v = 0; v < 4; v++) {
+            tetra[t][v] = 4 * t + v;
+            position[4 * t + v][0] = c * stick[v][0] - s * stick[v][1];
+            position[4 * t + v][1] = s * stick[v][0] + c * stick[v][1];
+            position[4 * t + v][2] = stick[v][2];
+        }
+    }
+    shell.position = position;
+    shell.tetra = tetra;
+    shell.neighbour = neighbour;
+    for (int i = 0; i < 3; i++) {
+        shell.bounds_min[i] = -1.2;
+        shell.bounds_max[i] = 1.2;
+    }
+    struct projection projection;
+    const double eye[3] = {0.001, 0, 6};
+    look_at(&shell, eye, true, 128, &projection);
+    struct sort_shell one = {&shell, &projection};
+    struct sort_result sorted;
+    struct error err = {0};
+    assert_int_equal(sort_tetrahedra(&one, 1, &sorted, &err), STATUS_OK);
+    assert_int_equal(sorted.count, 3);
+    assert_int_equal(sorted.cycles, 1);
+    assert_int_equal(sorted.cycle_tetra, 3);
+    free(sorted.order);
+    projection_finish(&projection);
+}
+
+/* Two shells, one wholly before the other, whichever is named first. */
+static void test_two_shells(void **state) {
+    (void)state;
+    struct mesh_cache *meshes = mesh_cache_create(1 << 24);
+    struct scene_mesh spec = {.kind = SCENE_MESH_SPHERE, .radius = 0.4, .divisions = {10, 6}};
+    const struct mesh *mesh;
+    struct shell *shell;
+    struct error err = {0};
+    const double tiles[2] = {1, 1};
+    assert_int_equal(mesh_acquire(meshes, &spec, false, "", NULL, &mesh, &err), STATUS_OK);
+    assert_int_equal(shell_build(mesh, 0.1, tiles, "", &shell, &err), STATUS_OK);
+    struct projection near, far;
+    const double near_eye[3] = {0, -3, 0}, far_eye[3] = {0, -5, 0};
+    look_at(shell, near_eye, false, 64, &near);
+    look_at(shell, far_eye, false, 64, &far);
+    for (int swap = 0; swap < 2; swap++) {
+        /* Depths are in units of the distance, so the farther one is put behind by hand. */
+        for (uint32_t v = 0; v < shell->vertex_count; v++)
+            for (int i = 0; i < 3 && swap == 0; i++)
+                far.clip[v][i] *= 5.0 / 3;
+        struct sort_shell both[2] = {{shell, swap ? &far : &near}, {shell, swap ? &near : &far}};
+        struct sort_result sorted;
+        assert_int_equal(sort_tetrahedra(both, 2, &sorted, &err), STATUS_OK);
+        assert_int_equal(sorted.cycles, 0);
+        /* Wherever both cover a sample, the far one's boundary cells come first. */
+        uint32_t far_shell = swap ? 0 : 1;
+        uint64_t last_far = 0, first_near = UINT64_MAX;
+        assert_true(sorted.edges > 0);
+        for (uint64_t i = 0; i < sorted.count; i++)
+            if (sorted.order[i] >> 32 == far_shell)
+                last_far = i;
+            else if (i < first_near)
+                first_near = i;
+        /* Cells of the near shell's rim may come early: nothing lies behind them. The last far one
+         * still precedes the near cells in the middle of the picture. */
+        uint64_t near_after = 0;
+        for (uint64_t i = last_far; i < sorted.count; i++)
+            near_after += sorted.order[i] >> 32 != far_shell;
+        assert_true(near_after > shell->tetra_count / 4);
+        free(sorted.order);
+    }
+    projection_finish(&near);
+    projection_finish(&far);
+    shell_destroy(shell);
+    mesh_release(meshes, mesh);
+    mesh_cache_destroy(meshes);
+}
+
+static void test_nothing(void **state) {
+    (void)state;
+    struct shell shell = {0};
+    struct projection projection = {.view = {.width = 4, .height = 4}};
+    struct sort_shell one = {&shell, &projection};
+    struct sort_result sorted;
+    struct error err = {0};
+    assert_int_equal(sort_tetrahedra(&one, 1, &sorted, &err), STATUS_OK);
+    assert_int_equal(sorted.count, 0);
+    assert_null(sorted.order);
+    assert_int_equal(sort_tetrahedra(&one, SORT_SHELLS_MAX + 1, &sorted, &err), STATUS_TOO_COMPLEX);
+    error_clear(&err);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_order),
+        cmocka_unit_test(test_cycle),
+        cmocka_unit_test(test_two_shells),
+        cmocka_unit_test(test_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
