@@ -1,6 +1,6 @@
 /* The thin C face of OpenImageIO (image_oiio.cc, built as a module). Exceptions stop there.
- * Untrusted input: formats are admitted by magic bytes (PNG, JPEG, OpenEXR, TIFF, HDR, WebP, GIF, TGA is not),
- * dimensions are read and checked before a pixel is decoded. */
+ * Untrusted input: formats are admitted by magic bytes (PNG, JPEG, OpenEXR, TIFF, HDR, WebP, GIF,
+ * TGA is not), dimensions are read and checked before a pixel is decoded. */
 #ifndef PELT_RENDERER_ASSET_IMAGE_OIIO_H
 #define PELT_RENDERER_ASSET_IMAGE_OIIO_H
 
@@ -28,8 +28,8 @@ struct image_module {
                   char *message, size_t message_bytes);
     /* Writes premultiplied linear fp32 RGBA as a ZIP-compressed OpenEXR file into malloc'ed
      * memory. The same pixels give the same bytes. */
-    int (*encode_exr)(const float *rgba, int width, int height, unsigned char **data,
-                      size_t *bytes, char *message, size_t message_bytes);
+    int (*encode_exr)(const float *rgba, int width, int height, unsigned char **data, size_t *bytes,
+                      char *message, size_t message_bytes);
     const char *(*version)(void);
 };
 

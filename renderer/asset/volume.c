@@ -63,8 +63,7 @@ static void free_voxels(struct voxels *voxels) {
     free(voxels);
 }
 
-static void drop_entry(struct volume_cache *cache, struct entry *entry) {
-    unlink_entry(cache, entry);
+static void free_entry(struct volume_cache *cache, struct entry *entry) {
     if (--entry->voxels->users == 0) {
         cache->bytes -= entry->voxels->made.bytes;
         free_voxels(entry->voxels);
@@ -78,16 +77,20 @@ static void trim(struct volume_cache *cache) {
         if (cache->bytes <= cache->bytes_max && cache->entry_count <= ENTRIES_MAX)
             return;
         next = e->newer;
-        if (e->volume.references == 0)
-            drop_entry(cache, e);
+        if (e->volume.references == 0) {
+            unlink_entry(cache, e);
+            free_entry(cache, e);
+        }
     }
 }
 
 void volume_cache_destroy(struct volume_cache *cache) {
     if (!cache)
         return;
-    while (cache->newest)
-        drop_entry(cache, cache->newest);
+    for (struct entry *e = cache->newest, *next; e; e = next) {
+        next = e->older;
+        free_entry(cache, e);
+    }
     free(cache);
 }
 

@@ -73,8 +73,9 @@ static struct hair make_hair(const struct scene_material *spec, uint32_t index) 
     static const float brown_tip[3] = {0.46f, 0.285f, 0.145f};
     uint32_t state = random_hash4(spec->seed, 0xf0au, index, 1);
     struct hair hair;
-    hair.root[0] = ((float)(index % HAIRS_SIDE) + random_next(&state)) / HAIRS_SIDE;
-    hair.root[1] = ((float)(index / HAIRS_SIDE) + random_next(&state)) / HAIRS_SIDE;
+    uint32_t column = index % HAIRS_SIDE, row = index / HAIRS_SIDE;
+    hair.root[0] = ((float)column + random_next(&state)) / HAIRS_SIDE;
+    hair.root[1] = ((float)row + random_next(&state)) / HAIRS_SIDE;
     float center[2] = {hair.root[0], hair.root[1]};
     uint32_t lock = find_lock(spec->seed, hair.root, center);
 

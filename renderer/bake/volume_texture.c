@@ -46,8 +46,7 @@ static void link_newest(struct bake_cache *cache, struct entry *entry) {
     cache->newest = entry;
 }
 
-static void drop_entry(struct bake_cache *cache, struct entry *entry) {
-    unlink_entry(cache, entry);
+static void free_entry(struct bake_cache *cache, struct entry *entry) {
     cache->bytes -= entry->bytes;
     const struct baked *b = &entry->baked;
     /* Names of 0 are ignored by the GL. */
@@ -59,16 +58,20 @@ static void drop_entry(struct bake_cache *cache, struct entry *entry) {
 static void trim(struct bake_cache *cache) {
     for (struct entry *e = cache->oldest, *next; e && cache->bytes > cache->bytes_max; e = next) {
         next = e->newer;
-        if (e->references == 0)
-            drop_entry(cache, e);
+        if (e->references == 0) {
+            unlink_entry(cache, e);
+            free_entry(cache, e);
+        }
     }
 }
 
 void bake_cache_destroy(struct bake_cache *cache) {
     if (!cache)
         return;
-    while (cache->newest)
-        drop_entry(cache, cache->newest);
+    for (struct entry *e = cache->newest, *next; e; e = next) {
+        next = e->older;
+        free_entry(cache, e);
+    }
     free(cache);
 }
 
@@ -197,8 +200,10 @@ enum status bake_acquire(struct bake_cache *cache, const struct volume *volume, 
     if (upload_bytes)
         *upload_bytes += work.uploaded;
     if (status != STATUS_OK) {
-        if (entry->references == 0)
-            drop_entry(cache, entry);
+        if (entry->references == 0) {
+            unlink_entry(cache, entry);
+            free_entry(cache, entry);
+        }
         return status;
     }
     entry->references++;
