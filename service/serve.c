@@ -199,7 +199,7 @@ int serve_main(int argc, char **argv) {
     /* Workers first: that ends the jobs which are left (second signal) and so resumes their
      * connections; libmicrohttpd must not be stopped while any is suspended. */
     if (server.supervisor)
-        supervisor_stop(server.supervisor, server.stop_signals > 1 ? 0 : WORKER_GRACE_MS);
+        supervisor_stop(server.supervisor, status == STATUS_OK ? WORKER_GRACE_MS : 0);
     http_destroy(server.http);
     supervisor_destroy(server.supervisor);
     store_destroy(server.store);

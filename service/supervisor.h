@@ -45,7 +45,7 @@ int supervisor_fd(const struct supervisor *supervisor);
 void supervisor_run(struct supervisor *supervisor);
 
 /* Monotonic time at which supervisor_run() is due even if nothing happens; INFINITY: never. */
-double supervisor_due_ms(const struct supervisor *supervisor);
+double supervisor_due_ms(struct supervisor *supervisor);
 
 /* A job for a worker, any thread. STATUS_OK: the supervisor owns it until job->finished is called
  * (from the main thread, maybe before this returns). Otherwise it stays the caller's and job->error
