@@ -214,6 +214,16 @@ static void *request_begins(void *user, const char *uri, struct MHD_Connection *
     return request;
 }
 
+void request_count(struct request *request) {
+    if (request->counted)
+        return;
+    request->counted = true;
+    metrics_reply(request->http->parts.metrics,
+                  request->route ? request->route->endpoint : METRICS_ENDPOINT_other,
+                  (int)request->http_status, monotonic_ms() - request->begun_ms,
+                  request->body_bytes, request->reply_bytes);
+}
+
 static void request_ends(void *user, struct MHD_Connection *mhd, void **context,
                          enum MHD_RequestTerminationCode why) {
     struct http *http = user;
@@ -225,9 +235,7 @@ static void request_ends(void *user, struct MHD_Connection *mhd, void **context,
     double ms = monotonic_ms() - request->begun_ms;
     bool whole = why == MHD_REQUEST_TERMINATED_COMPLETED_OK;
     if (request->head_read) {
-        metrics_reply(
-            http->parts.metrics, request->route ? request->route->endpoint : METRICS_ENDPOINT_other,
-            (int)request->http_status, ms, request->body_bytes, whole ? request->reply_bytes : 0);
+        request_count(request);
         log_event(http->parts.log, LOG_INFO, whole ? "request" : "request broken off",
                   LOG_TEXT("id", request->id), LOG_TEXT("method", request->method),
                   LOG_TEXT("path", request->path), LOG_NUMBER("status", request->http_status),

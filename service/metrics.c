@@ -97,7 +97,7 @@ static void write_requests(FILE *out, const struct metrics *metrics) {
                         endpoint_names[endpoint], i + METRICS_STATUS_MIN,
                         (unsigned long long)metrics->replies[endpoint][i]);
     write_head(out, "pelt_request_seconds", "histogram",
-               "From the head of a request to the end of its reply.");
+               "From the request line to the moment when the reply goes to the network.");
     for (int endpoint = 0; endpoint < METRICS_ENDPOINT_COUNT; endpoint++)
         write_histogram(out, "pelt_request_seconds", "resource", endpoint_names[endpoint],
                         &metrics->requests[endpoint]);

@@ -45,6 +45,7 @@ static enum MHD_Result queue(struct request *request, unsigned http_status, cons
                       (double)bytes);
     request->http_status = http_status;
     request->reply_bytes = strcmp(request->method, "HEAD") == 0 ? 0 : bytes;
+    request_count(request);
     enum MHD_Result result = MHD_queue_response(request->mhd, http_status, response);
     MHD_destroy_response(response);
     return result;

@@ -53,6 +53,11 @@ struct request {
 
     unsigned http_status; /* of the reply; 0: none yet */
     uint64_t reply_bytes;
+    bool counted; /* in the metrics */
 };
+
+/* Counts the request in the metrics, once: when its reply is handed to the network, so that a
+ * client that has its reply finds it counted, or else when it ends without one. */
+void request_count(struct request *request);
 
 #endif

@@ -206,7 +206,8 @@ int serve_main(int argc, char **argv) {
     quarantine_finish(&server.quarantine);
     metrics_finish(&server.metrics);
     close(server.signals);
-    log_event(&server.log, LOG_INFO, "stopped", LOG_NUMBER("exit", code));
+    if (server.announced)
+        log_event(&server.log, LOG_INFO, "stopped", LOG_NUMBER("exit", code));
     error_clear(&err);
     return code;
 }
