@@ -391,8 +391,8 @@ class converter {
                 const double *a = p.uv_transform;
                 soup->uv[to][0] = a[0] * v[0] + a[1] * v[1] + a[2];
                 soup->uv[to][1] = a[3] * v[0] + a[4] * v[1] + a[5];
-                uv_usable =
-                    uv_usable && std::isfinite(soup->uv[to][0]) && std::isfinite(soup->uv[to][1]);
+                uv_usable = uv_usable && std::fabs(soup->uv[to][0]) <= UV_MAX &&
+                            std::fabs(soup->uv[to][1]) <= UV_MAX;
             }
         }
         soup->has_normal[t] = p.has_normal;
