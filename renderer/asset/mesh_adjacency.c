@@ -32,8 +32,8 @@ static void sort_by_end(const struct mesh *mesh, const uint32_t *from, uint32_t 
 
 bool mesh_find_neighbours(struct mesh *mesh) {
     uint32_t count = 3 * mesh->triangle_count;
-    uint32_t *by_larger = malloc((size_t)count * sizeof *by_larger);
-    uint32_t *sorted = malloc((size_t)count * sizeof *sorted);
+    uint32_t *by_larger = calloc(count, sizeof *by_larger);
+    uint32_t *sorted = calloc(count, sizeof *sorted);
     uint32_t *start = malloc(((size_t)mesh->vertex_count + 1) * sizeof *start);
     bool done = by_larger && sorted && start;
     struct mesh_diagnosis *found = &mesh->diagnosis;

@@ -1,6 +1,7 @@
 /* The order of the steps from soup to mesh, and the memory of a mesh. */
 #include "renderer/asset/mesh_build.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -78,6 +79,7 @@ static void keep_triangles(const struct mesh_soup *soup, struct work *work, uint
 
 static bool allocate(struct mesh *mesh) {
     size_t v = mesh->vertex_count, t = mesh->triangle_count;
+    assert(v > 0 && t > 0);
     mesh->position = calloc(v, sizeof *mesh->position);
     mesh->normal = calloc(v, sizeof *mesh->normal);
     mesh->vertex = calloc(t, sizeof *mesh->vertex);

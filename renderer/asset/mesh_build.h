@@ -11,7 +11,7 @@
  * caller replaces it. Linear in the triangles but for a counting sort; the same soup gives the same
  * mesh to the bit. STATUS_BAD_ASSET (no triangle with an area), STATUS_TOO_COMPLEX,
  * STATUS_OUT_OF_MEMORY, with `pointer`. Thread: any. */
-enum status mesh_build(const struct mesh_soup *soup, const char *pointer, struct mesh **mesh,
+enum status mesh_build(const struct mesh_soup *soup, const char *pointer, struct mesh **result,
                        struct error *err);
 void mesh_destroy(struct mesh *mesh); /* takes NULL */
 

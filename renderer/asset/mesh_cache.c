@@ -3,6 +3,7 @@
  * The key is what decides the mesh and nothing else: a built-in shape's own parameters, or the
  * SHA-256 of an asset's bytes, never its name. A mesh in use is never evicted, so bytes_max may be
  * passed for as long as a scene needs it. */
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,10 +13,11 @@
 
 enum { ENTRIES_MAX = 256 }; /* keeps the linear search short where meshes are small */
 
-struct key { /* compared as bytes: zeroed before it is filled */
-    int64_t kind;
+struct key { /* members that a kind does not have are 0 */
+    enum scene_mesh_kind kind;
     double size[2], radius, tube, height;
-    int64_t seed, divisions[2];
+    uint32_t seed;
+    int divisions[2];
     unsigned char sha256[32];
 };
 
@@ -72,7 +74,7 @@ static void evict(struct mesh_cache *cache) {
 }
 
 static void key_of(const struct scene_mesh *spec, const unsigned char *sha256, struct key *key) {
-    memset(key, 0, sizeof *key);
+    *key = (struct key){0};
     key->kind = spec->kind;
     if (spec->kind == SCENE_MESH_ASSET) {
         memcpy(key->sha256, sha256, sizeof key->sha256);
@@ -95,9 +97,17 @@ static void key_of(const struct scene_mesh *spec, const unsigned char *sha256, s
         key->seed = spec->seed;
 }
 
+static bool key_equals(const struct key *a, const struct key *b) {
+    return a->kind == b->kind && a->size[0] == b->size[0] && a->size[1] == b->size[1] &&
+           a->radius == b->radius && a->tube == b->tube && a->height == b->height &&
+           a->seed == b->seed && a->divisions[0] == b->divisions[0] &&
+           a->divisions[1] == b->divisions[1] &&
+           memcmp(a->sha256, b->sha256, sizeof a->sha256) == 0;
+}
+
 static struct entry *find(struct mesh_cache *cache, const struct key *key, bool want_textures) {
     for (struct entry *entry = cache->first; entry; entry = entry->next)
-        if (memcmp(&entry->key, key, sizeof *key) == 0 &&
+        if (key_equals(&entry->key, key) &&
             (!entry->has_images || entry->textures == want_textures))
             return entry;
     return NULL;
@@ -113,16 +123,43 @@ static enum status make_shape(const struct scene_mesh *spec, const char *pointer
     return status;
 }
 
+/* A new entry with its mesh, in the cache. `bytes` are an asset's. */
+static enum status make(struct mesh_cache *cache, const struct scene_mesh *spec, bool want_textures,
+                        const char *pointer, const struct asset_bytes *bytes, const struct key *key,
+                        struct entry **made, struct error *err) {
+    struct entry *entry = calloc(1, sizeof *entry);
+    if (!entry)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for a mesh");
+    char at[256];
+    snprintf(at, sizeof at, "%s/asset", pointer);
+    enum status status = spec->kind == SCENE_MESH_ASSET
+                             ? mesh_asset_load(bytes->data, bytes->size, want_textures, at,
+                                               &entry->mesh, &entry->has_images, err)
+                             : make_shape(spec, pointer, &entry->mesh, err);
+    if (status != STATUS_OK) {
+        free(entry);
+        return status;
+    }
+    entry->key = *key;
+    entry->textures = want_textures;
+    entry->next = cache->first;
+    cache->first = entry;
+    cache->entries++;
+    cache->bytes += entry->mesh->bytes;
+    *made = entry;
+    return STATUS_OK;
+}
+
 enum status mesh_acquire(struct mesh_cache *cache, const struct scene_mesh *spec,
                          bool want_textures, const char *pointer, const struct asset_source *source,
                          const struct mesh **mesh, struct error *err) {
     *mesh = NULL;
-    char at[256];
-    snprintf(at, sizeof at, "%s/asset", pointer);
     struct asset_bytes bytes = {0};
     bool asset = spec->kind == SCENE_MESH_ASSET;
     enum status status = STATUS_OK;
     if (asset) {
+        char at[256];
+        snprintf(at, sizeof at, "%s/asset", pointer);
         status = source->open(source->user, spec->asset, at, &bytes, err);
         if (status != STATUS_OK)
             return status;
@@ -130,31 +167,13 @@ enum status mesh_acquire(struct mesh_cache *cache, const struct scene_mesh *spec
     struct key key;
     key_of(spec, bytes.sha256, &key);
     struct entry *entry = find(cache, &key, want_textures);
-    if (!entry) {
-        entry = calloc(1, sizeof *entry);
-        if (!entry)
-            status = error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for a mesh");
-        else if (asset)
-            status = mesh_asset_load(bytes.data, bytes.size, want_textures, at, &entry->mesh,
-                                     &entry->has_images, err);
-        else
-            status = make_shape(spec, pointer, &entry->mesh, err);
-        if (status == STATUS_OK) {
-            entry->key = key;
-            entry->textures = want_textures;
-            entry->next = cache->first;
-            cache->first = entry;
-            cache->entries++;
-            cache->bytes += entry->mesh->bytes;
-            entry->mesh->serial = ++cache->serial;
-        } else {
-            free(entry);
-        }
-    }
+    if (!entry)
+        status = make(cache, spec, want_textures, pointer, &bytes, &key, &entry, err);
     if (asset)
         source->close(source->user, &bytes);
     if (status != STATUS_OK)
         return status;
+    assert(entry); /* found or made */
     entry->used = ++cache->clock;
     entry->mesh->references++;
     *mesh = entry->mesh;

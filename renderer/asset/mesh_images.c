@@ -21,7 +21,7 @@ static bool is_png_or_jpeg(const struct gltf_image *image) {
 }
 
 static uint8_t to_byte(float value) {
-    return value > 0 ? (uint8_t)(fminf(value, 1) * 255 + 0.5f) : 0; /* NaN becomes 0 */
+    return value > 0 ? (uint8_t)lroundf(fminf(value, 1) * 255) : 0; /* NaN becomes 0 */
 }
 
 /* Grey, grey and alpha, RGB or RGBA to RGBA. */

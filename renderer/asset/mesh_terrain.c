@@ -61,7 +61,7 @@ static double noise(double x, double y, uint32_t seed, double slope[2]) {
 double mesh_terrain_height(double x, double y, int cells, uint32_t seed, double slope[2]) {
     double sum = 0, amplitude = 1, frequency = HILLS;
     slope[0] = slope[1] = 0;
-    for (int octave = 0; octave < OCTAVES_MAX; octave++, amplitude *= GAIN, frequency *= 2) {
+    for (int octave = 0; octave < OCTAVES_MAX; octave++) {
         if (octave > 0 && frequency * 4 > cells)
             break;
         double d[2];
@@ -69,6 +69,8 @@ double mesh_terrain_height(double x, double y, int cells, uint32_t seed, double 
                noise(x * frequency, y * frequency, seed + (uint32_t)octave * 0x9e3779b9u, d);
         slope[0] += amplitude * frequency * d[0];
         slope[1] += amplitude * frequency * d[1];
+        amplitude *= GAIN;
+        frequency *= 2;
     }
     /* Sums of noise crowd around 0. h = (1 + s / sqrt(1 + s^2)) / 2 spreads them over [0, 1], which
      * it cannot leave; dh/ds = (1 + s^2)^(-3/2) / 2. */

@@ -9,11 +9,12 @@
 
 enum module { MODULE_MESH_GLTF, MODULE_IMAGE_OIIO, MODULE_COUNT };
 
-/* The module's table of functions (mesh_gltf.h, image_oiio.h), opened on first use. Looks beside the
- * executable (lib/pelt and ../lib/pelt), then in the configured libdir; PELT_LIBDIR overrides. The
- * table is static and stays valid until the process ends. NULL with STATUS_IO_ERROR and a message
- * that names the package to install; the fault has no pointer: the machine lacks something, not the
- * scene. Thread: the one that renders. Blocks while libraries load: OpenImageIO about 0.4 s. */
+/* The module's table of functions (mesh_gltf.h, image_oiio.h), opened on first use. Looks beside
+ * the executable (lib/pelt and ../lib/pelt), then in the configured libdir; PELT_LIBDIR overrides.
+ * The table is static and stays valid until the process ends. NULL with STATUS_IO_ERROR and a
+ * message that names the package to install; the fault has no pointer: the machine lacks something,
+ * not the scene. Thread: the one that renders. Blocks while libraries load: OpenImageIO about 0.4
+ * s. */
 const void *module_open(enum module module, struct error *err);
 
 /* The same for a module of another room's: a file of that name, looked for in the same places, and
