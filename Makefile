@@ -167,6 +167,7 @@ bench: all $(BENCH_BIN) ## measure what Pelt promises; prints tables
 generate: $(BUILD)/tests/tools/scene_schema $(BUILD)/tests/tools/scene_docs ## renew what api/scene_members.def makes
 	$(BUILD)/tests/tools/scene_schema > api/scene.schema.json
 	$(BUILD)/tests/tools/scene_docs > api/SCENE.md
+	tests/tools/openapi_schemas.py
 
 fuzz: ## feed the reader and the shims with mutations for a minute each
 	@tests/fuzz/run $(BUILD)

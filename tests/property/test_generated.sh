@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The committed schema and documentation are what the tables of api/ make: `make generate` renews.
+# The committed schema, documentation and OpenAPI document are what the tables of api/ make:
+# `make generate` renews them.
 set -eu
 cd "$(dirname "$0")/../.."
 build=${PELT_BUILD:-$PWD/build}
@@ -9,3 +10,4 @@ trap 'rm -rf "$scratch"' EXIT
 "$build/tests/tools/scene_docs" >"$scratch/SCENE.md"
 diff -u api/scene.schema.json "$scratch/scene.schema.json"
 diff -u api/SCENE.md "$scratch/SCENE.md"
+tests/tools/openapi_schemas.py --check
