@@ -18,12 +18,18 @@ static double gibibytes(const json_t *object, const char *name) {
     return (double)json_integer_value(json_object_get(object, name)) / (1 << 30);
 }
 
-/* What a library printed while it was tried, each line marked. */
+/* What a library printed while it was tried: its first lines, empty and repeated ones left out. */
 static void print_messages(FILE *out, const json_t *found) {
-    const char *messages = string(found, "messages");
-    for (size_t i = 0; *messages && i < 8; i++) {
+    const char *messages = string(found, "messages"), *last = "";
+    size_t last_length = 0;
+    for (size_t printed = 0; *messages && printed < 8;) {
         size_t length = strcspn(messages, "\n");
-        fprintf(out, "          it said: %.*s\n", (int)length, messages);
+        if (length && (length != last_length || memcmp(messages, last, length) != 0)) {
+            fprintf(out, "          it said: %.*s\n", (int)length, messages);
+            last = messages;
+            last_length = length;
+            printed++;
+        }
         messages += length + (messages[length] == '\n');
     }
 }
