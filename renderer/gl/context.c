@@ -166,14 +166,14 @@ enum status gl_context_create(const struct gl_options *options, struct gl_contex
     return status;
 }
 
-void gl_context_destroy(struct gl_context *gl) {
-    if (!gl)
+void gl_context_destroy(struct gl_context *context) {
+    if (!context)
         return;
-    if (gl->state)
-        gl->driver->close(gl->state);
-    free(gl);
+    if (context->state)
+        context->driver->close(context->state);
+    free(context);
 }
 
-const struct gl_info *gl_context_info(const struct gl_context *gl) {
-    return &gl->info;
+const struct gl_info *gl_context_info(const struct gl_context *context) {
+    return &context->info;
 }

@@ -29,12 +29,13 @@ struct reasons {
 
 __attribute__((format(printf, 2, 3))) static void reasons_add(struct reasons *reasons,
                                                               const char *format, ...) {
+    static const char separator[] = "; ";
+    if (reasons->used && reasons->used + sizeof separator <= sizeof reasons->text) {
+        memcpy(reasons->text + reasons->used, separator, sizeof separator);
+        reasons->used += sizeof separator - 1;
+    }
     va_list args;
     va_start(args, format);
-    if (reasons->used && reasons->used + 2 < sizeof reasons->text) {
-        strcpy(reasons->text + reasons->used, "; ");
-        reasons->used += 2;
-    }
     int length = vsnprintf(reasons->text + reasons->used, sizeof reasons->text - reasons->used,
                            format, args);
     va_end(args);

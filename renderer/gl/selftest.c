@@ -63,8 +63,8 @@ static enum status compare(const struct gl_info *info, const struct gl_target *t
     if (status != STATUS_OK)
         return status;
     for (int i = 0; i < SIDE * SIDE; i++) {
-        float x = (float)(i % SIDE), y = (float)(SIDE - 1 - i / SIDE);
-        const float pixel[4] = {x, y, 0, 0};
+        int x = i % SIDE, row = i / SIDE;
+        const float pixel[4] = {(float)x, (float)(SIDE - 1 - row), 0, 0};
         for (int c = 0; c < 4; c++) {
             float wanted = source[c] + pixel[c] + cleared[c] * factor[c];
             if (got[i * 4 + c] != wanted)
