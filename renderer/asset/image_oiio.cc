@@ -99,6 +99,21 @@ uint64_t big(const unsigned char *p, int bytes) {
     return value;
 }
 
+// Whether the chunks of a PNG file end within it, with IEND. OpenImageIO's read callback jumps out
+// of a C++ function where the file ends early, and leaks a string each time.
+bool png_is_whole(const unsigned char *data, size_t bytes) {
+    size_t at = 8;
+    while (bytes - at >= 12) {
+        uint64_t length = big(data + at, 4);
+        if (length > bytes - at - 12)
+            return false;
+        if (std::memcmp(data + at + 4, "IEND", 4) == 0)
+            return true;
+        at += 12 + (size_t)length;
+    }
+    return false;
+}
+
 // What the raw header says, where it can be read without a decoder; "" if nothing speaks against
 // it.
 std::string header_fault(const Format &format, const unsigned char *data, size_t bytes) {
@@ -114,6 +129,8 @@ std::string header_fault(const Format &format, const unsigned char *data, size_t
                     " pixels in " + std::to_string(bytes) +
                     " bytes: it is cut short, or its "
                     "header lies";
+        if (fault.empty() && !png_is_whole(data, bytes))
+            fault = "PNG image that is cut short or damaged";
         return fault;
     }
     if (reader == "gif") {

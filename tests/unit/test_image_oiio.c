@@ -162,12 +162,14 @@ static void messages_name_the_fault(void **state) {
 /* Every good file with one byte changed, and cut at every length: read or refused, never a crash.
  * (The readers' own faults are contained by the worker; this guards the shim.) */
 static void damaged_files_do_no_harm(void **state) {
-    static const char *names[] = {"good_8.png", "good.tif", "good.gif",
-                                  "good.webp",  "good.hdr", "grey_16.png"};
+    static const char *names[] = {"good_8.png", "good.tif", "good.gif",   "good.webp",
+                                  "good.hdr",   "good.jpg", "grey_16.png"};
+    /* The sanitizer clears every byte that a lying header asks for. */
+    size_t step = getenv("PELT_TEST_SHORT") ? 7 : 1;
     int refused = 0, tried = 0;
     for (size_t f = 0; f < sizeof names / sizeof *names; f++) {
         struct file file = load(names[f]);
-        for (size_t i = 0; i < file.bytes; i++) {
+        for (size_t i = 0; i < file.bytes; i += step) {
             for (int cut = 0; cut < 2; cut++) {
                 size_t bytes = cut ? i : file.bytes;
                 unsigned char *copy = malloc(bytes ? bytes : 1);
