@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/asset/mesh_thickness.h"
+
 /* One prism: its mesh triangle's corners in ascending order of their welded vertices. */
 struct prism {
     int corner[3];
@@ -159,37 +161,6 @@ static void build_cells(const struct mesh *mesh, const double tiles[2], struct s
     shell->longest = (float)fmin(sqrt(longest2) * 1.000001, FLT_MAX);
 }
 
-/* The Jacobian of P(b, w) is ((e1 + w h1) x (e2 + w h2)) . sum b_i n_i: linear in b, so it keeps
- * its sign over the prism exactly if it does along each of the three normals, where it is a
- * quadratic in w. (Jiang et al. 2020, section 3, ask the same of each prism.) */
-static bool prism_inverts(const struct mesh *mesh, uint32_t f, double thickness) {
-    const uint32_t *v = mesh->vertex[f];
-    double e1[3], e2[3], h1[3], h2[3], a[3], b1[3], b2[3], c[3];
-    for (int i = 0; i < 3; i++) {
-        e1[i] = mesh->position[v[1]][i] - mesh->position[v[0]][i];
-        e2[i] = mesh->position[v[2]][i] - mesh->position[v[0]][i];
-        h1[i] = thickness * (mesh->normal[v[1]][i] - mesh->normal[v[0]][i]);
-        h2[i] = thickness * (mesh->normal[v[2]][i] - mesh->normal[v[0]][i]);
-    }
-    cross(e1, e2, a);
-    cross(e1, h2, b1);
-    cross(h1, e2, b2);
-    cross(h1, h2, c);
-    for (int k = 0; k < 3; k++) {
-        const double *n = mesh->normal[v[k]];
-        double q0 = dot(a, n), q1 = dot(b1, n) + dot(b2, n), q2 = dot(c, n);
-        double least = fmin(q0, q0 + q1 + q2);
-        if (q2 > 0) {
-            double w = -q1 / (2 * q2);
-            if (w > 0 && w < 1)
-                least = fmin(least, q0 + w * (q1 + w * q2));
-        }
-        if (!(least > 0))
-            return true;
-    }
-    return false;
-}
-
 enum status shell_build(const struct mesh *mesh, double thickness, const double tiles[2],
                         const char *pointer, struct shell **out, struct error *err) {
     *out = NULL;
@@ -208,6 +179,12 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
         return error_fault(err, STATUS_OUT_OF_MEMORY, pointer,
                            "no memory for a shell over %u triangles", mesh->triangle_count);
     }
+    struct mesh_thickness limit;
+    enum status status = mesh_thickness_limit(mesh, thickness, &limit, err);
+    if (status != STATUS_OK) {
+        shell_destroy(shell);
+        return status;
+    }
     for (int i = 0; i < 3; i++) {
         shell->bounds_min[i] = INFINITY;
         shell->bounds_max[i] = -INFINITY;
@@ -215,7 +192,7 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         for (int i = 0; i < 3; i++) {
             double bottom = mesh->position[v][i];
-            double top = bottom + thickness * mesh->normal[v][i];
+            double top = bottom + limit.height[v] * mesh->normal[v][i];
             shell->position[v][i] = bottom;
             shell->position[mesh->vertex_count + v][i] = top;
             shell->bounds_min[i] = fmin(shell->bounds_min[i], fmin(bottom, top));
@@ -229,13 +206,17 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
         for (int i = 0; i < 3; i++) {
             shell->position[v][i] -= shell->center[i];
             shell->position[mesh->vertex_count + v][i] =
-                shell->position[v][i] + thickness * mesh->normal[v][i];
+                shell->position[v][i] + limit.height[v] * mesh->normal[v][i];
         }
     build_cells(mesh, tiles, shell);
     link_prisms(mesh, shell);
-    for (uint32_t f = 0; f < mesh->triangle_count; f++)
-        if (prism_inverts(mesh, f, thickness) && shell->diagnosis.inverted++ == 0)
-            shell->diagnosis.inverted_first = f;
+    shell->diagnosis.folded = limit.folded;
+    shell->diagnosis.folded_first = limit.folded_first;
+    shell->diagnosis.limited = limit.limited;
+    shell->diagnosis.least = limit.least;
+    shell->diagnosis.inverted = limit.inverted;
+    shell->diagnosis.inverted_first = limit.inverted_first;
+    mesh_thickness_finish(&limit);
     shell->bytes = sizeof *shell + shell->vertex_count * sizeof *shell->position +
                    shell->tetra_count *
                        (sizeof *shell->tetra + sizeof *shell->neighbour + sizeof *shell->cell);
@@ -255,10 +236,15 @@ void shell_destroy(struct shell *shell) {
 
 void shell_warn(const struct shell *shell, const char *pointer, struct report *report) {
     const struct shell_diagnosis *found = &shell->diagnosis;
+    if (found->folded)
+        report_warn(report, "folded-prisms", pointer, found->folded, found->folded_first,
+                    "prisms would fold over where normals converge faster than the thickness; the "
+                    "shell is thinner at %llu vertices there, %.3g at the least",
+                    (unsigned long long)found->limited, found->least);
     if (found->inverted)
         report_warn(report, "inverted-prisms", pointer, found->inverted, found->inverted_first,
-                    "prisms fold over where normals converge faster than the thickness; "
-                    "they overlap there: make the shell thinner");
+                    "prisms stand on their heads: a vertex normal points below the triangle, "
+                    "whatever the thickness; cells overlap there");
     if (found->flat)
         report_warn(report, "flat-tetrahedra", pointer, found->flat, found->flat_first,
                     "tetrahedra without volume hold no material");

@@ -23,8 +23,8 @@
  * from the centre keep their shape) and u_k = uvw_k - uvw_0:
  *   (v_0, uvw_0.x) (v_1, uvw_0.y) (v_2, u_1.x) (v_3, u_1.y)
  *   (e_1, u_1.z) (e_2, u_2.x) (e_3, u_2.y) (u_2.z, u_3)
- * uvw_0.z is not there: every first vertex is a bottom, w = 0. Neighbours hold the same bits for the
- * vertices they share, in the same order along every shared edge. */
+ * uvw_0.z is not there: every first vertex is a bottom, w = 0. Neighbours hold the same bits for
+ * the vertices they share, in the same order along every shared edge. */
 struct shell {
     uint64_t serial;       /* from 1, unique among all shells that one cache ever made */
     uint32_t vertex_count; /* twice the mesh's: bottoms, then tops */
@@ -32,13 +32,16 @@ struct shell {
     double center[3];      /* of the bounds, object space */
     double bounds_min[3], bounds_max[3];
     uint32_t tetra_count;
-    uint32_t (*tetra)[4];                /* vertices; face k lies opposite vertex k */
-    uint32_t (*neighbour)[4];            /* tetrahedron behind face k, SHELL_NONE on the boundary */
+    uint32_t (*tetra)[4];          /* vertices; face k lies opposite vertex k */
+    uint32_t (*neighbour)[4];      /* tetrahedron behind face k, SHELL_NONE on the boundary */
     float (*cell)[CELL_TEXELS][4]; /* for the shaders */
     float longest; /* longest edge of any tetrahedron, object units: bounds every loop */
     double thickness;
     struct shell_diagnosis {
-        uint64_t inverted, inverted_first; /* prisms whose Jacobian changes sign; mesh triangle */
+        uint64_t folded, folded_first;     /* prisms thinned so as not to fold; mesh triangle */
+        uint64_t limited;                  /* vertices that are lower for it */
+        double least;                      /* the lowest, object units */
+        uint64_t inverted, inverted_first; /* prisms that no thickness mends */
         uint64_t flat, flat_first;         /* tetrahedra without volume: they hold nothing */
     } diagnosis;
     size_t bytes;

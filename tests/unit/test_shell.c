@@ -25,8 +25,8 @@ static double volume(const struct shell *shell, uint32_t t) {
     double e[3][3];
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < 3; i++)
-            e[k][i] = shell->position[shell->tetra[t][k + 1]][i] -
-                      shell->position[shell->tetra[t][0]][i];
+            e[k][i] =
+                shell->position[shell->tetra[t][k + 1]][i] - shell->position[shell->tetra[t][0]][i];
     return (e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
             e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
             e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0])) /
@@ -129,9 +129,9 @@ static void test_cells(void **state) {
                 assert_true(c[v][i] == (float)shell->position[shell->tetra[t][v]][i]);
         for (int k = 0; k < 3; k++)
             for (int i = 0; i < 3; i++)
-                assert_true(fabs((double)c[4 + k][i] -
-                                 (shell->position[shell->tetra[t][k + 1]][i] -
-                                  shell->position[shell->tetra[t][0]][i])) < 1e-7);
+                assert_true(fabs((double)c[4 + k][i] - (shell->position[shell->tetra[t][k + 1]][i] -
+                                                        shell->position[shell->tetra[t][0]][i])) <
+                            1e-7);
         /* w of each vertex: 0 below, 1 above; the first is always below. */
         assert_true(shell->tetra[t][0] < mesh->vertex_count);
         const float w[3] = {c[4][3], c[7][0], c[7][3]};
@@ -145,33 +145,59 @@ static void test_cells(void **state) {
     mesh_cache_destroy(cache);
 }
 
-/* A torus thicker outward is fine, one whose tube is seen from inside folds over; the count starts
- * exactly where the thickness reaches the radius of curvature. */
-static void test_inverted(void **state) {
+/* Prisms whose tetrahedra are not all of one sense: those overlap. */
+static uint32_t turned(const struct shell *shell, const struct mesh *mesh) {
+    uint32_t count = 0;
+    for (uint32_t f = 0; f < mesh->triangle_count; f++) {
+        double v[3] = {volume(shell, 3 * f), volume(shell, 3 * f + 1), volume(shell, 3 * f + 2)};
+        count += !(v[0] * v[1] < 0 && v[1] * v[2] < 0); /* the cut alternates their sense */
+    }
+    return count;
+}
+
+/* In the hole of a torus the normals meet the axis at radius - tube = 0.6. Thicker shells fold, and
+ * are thinned there and nowhere else. */
+static void test_folds(void **state) {
     (void)state;
     struct mesh_cache *cache = mesh_cache_create(1 << 24);
     const struct mesh *mesh;
     struct scene_mesh spec = {
         .kind = SCENE_MESH_TORUS, .radius = 1, .tube = 0.4, .divisions = {64, 32}};
-    /* At the hole the normals meet the axis at a distance of radius - tube = 0.6. */
     struct shell *thin = build(cache, &spec, 0.5, &mesh);
-    assert_int_equal(thin->diagnosis.inverted, 0);
+    assert_int_equal(thin->diagnosis.folded, 0);
+    assert_int_equal(thin->diagnosis.limited, 0);
+    assert_int_equal(turned(thin, mesh), 0);
     shell_destroy(thin);
     mesh_release(cache, mesh);
+
     struct shell *thick = build(cache, &spec, 0.75, &mesh);
-    assert_true(thick->diagnosis.inverted > 0);
+    assert_true(thick->diagnosis.folded > 0);
+    assert_int_equal(thick->diagnosis.inverted, 0);
+    assert_int_equal(turned(thick, mesh), 0);
+    assert_true(thick->diagnosis.least < 0.65 && thick->diagnosis.least > 0.3);
+    assert_true(thick->diagnosis.limited < mesh->vertex_count / 2);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        double height2 = 0;
+        for (int i = 0; i < 3; i++) {
+            double d = thick->position[mesh->vertex_count + v][i] - thick->position[v][i];
+            height2 += d * d;
+        }
+        if (hypot(mesh->position[v][0], mesh->position[v][1]) > 1)
+            assert_true(fabs(sqrt(height2) - 0.75) < 1e-9);
+    }
     struct report report = {0};
     shell_warn(thick, "/objects/0/shell/mesh", &report);
     assert_int_equal(report.warning_count, 1);
-    assert_string_equal(report.warnings[0].code, "inverted-prisms");
-    assert_true(report.warnings[0].count == thick->diagnosis.inverted);
+    assert_string_equal(report.warnings[0].code, "folded-prisms");
+    assert_true(report.warnings[0].count == thick->diagnosis.folded);
+    assert_true(report.warnings[0].first == thick->diagnosis.folded_first);
     shell_destroy(thick);
     mesh_release(cache, mesh);
     mesh_cache_destroy(cache);
 }
 
-/* The second request for the same shell builds nothing, another thickness does, and what nobody holds
- * goes when the memory is wanted. */
+/* The second request for the same shell builds nothing, another thickness does, and what nobody
+ * holds goes when the memory is wanted. */
 static void test_cache(void **state) {
     (void)state;
     struct mesh_cache *meshes = mesh_cache_create(1 << 24);
@@ -200,9 +226,8 @@ static void test_cache(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_links),    cmocka_unit_test(test_volumes),
-        cmocka_unit_test(test_cells),    cmocka_unit_test(test_inverted),
-        cmocka_unit_test(test_cache),
+        cmocka_unit_test(test_links), cmocka_unit_test(test_volumes), cmocka_unit_test(test_cells),
+        cmocka_unit_test(test_folds), cmocka_unit_test(test_cache),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
