@@ -67,7 +67,10 @@ void check_extensions(const tinygltf::Model &model) {
 
 void parse(const unsigned char *data, std::size_t bytes, tinygltf::Model &model) {
     container file = open_container(data, bytes);
-    check_json(file);
+    // The JSON library's destructor takes memory, and ends the process where there is none. So that
+    // there is some left, what parsing may take at most is asked for first.
+    std::size_t values = check_json(file);
+    ::operator delete(::operator new(values *VALUE_BYTES + 2 * bytes));
     tinygltf::TinyGLTF loader;
     loader.SetFsCallbacks({file_exists, expand_path, read_file, write_file, nullptr});
     loader.SetImageLoader(keep_encoded, nullptr);
@@ -78,6 +81,9 @@ void parse(const unsigned char *data, std::size_t bytes, tinygltf::Model &model)
             : loader.LoadASCIIFromString(&model, &error, &warning,
                                          reinterpret_cast<const char *>(data), unsigned(bytes), "");
     if (!done) {
+        // tinygltf catches what its JSON parser throws, this too, and keeps the name alone.
+        if (error.find("bad_alloc") != std::string::npos)
+            throw std::bad_alloc();
         for (char &c : error)
             if (c == '\n' || c == '\r')
                 c = ' ';

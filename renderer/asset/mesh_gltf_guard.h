@@ -38,8 +38,9 @@ struct refusal : std::runtime_error {
 #define REFUSE(...) ::pelt::refuse_as(GLTF_BAD, __VA_ARGS__)
 
 constexpr std::size_t FILE_BYTES_MAX = std::size_t(1) << 30;
-constexpr std::size_t DEPTH_MAX = 64;       // glTF itself nests less than 10 deep
-constexpr std::size_t VALUES_MAX = 2000000; // a node costs tinygltf about 600 bytes
+constexpr std::size_t DEPTH_MAX = 64; // glTF itself nests less than 10 deep
+constexpr std::size_t VALUES_MAX = 2000000;
+constexpr std::size_t VALUE_BYTES = 600; // what the costliest value, a node, takes in tinygltf
 constexpr std::size_t BUFFER_COPIES_MAX = FILE_BYTES_MAX;
 
 struct container {
@@ -97,8 +98,9 @@ inline container open_container(const unsigned char *data, std::size_t bytes) {
 }
 
 // Refuses text that nests too deep, holds too many values, or asks for too many copies of the
-// binary chunk. Not a parser: whatever is wrong otherwise, tinygltf says.
-inline void check_json(const container &file) {
+// binary chunk. Not a parser: whatever is wrong otherwise, tinygltf says. Returns how many values
+// there are, rather too many than too few.
+inline std::size_t check_json(const container &file) {
     const char *text = reinterpret_cast<const char *>(file.json);
     std::size_t depth = 0, values = 0, buffers = 0, string_at = 0;
     bool in_string = false, escaped = false, may_be_buffers = false, string_escaped = false;
@@ -139,6 +141,7 @@ inline void check_json(const container &file) {
     if (buffers > 0 && file.chunk_bytes > BUFFER_COPIES_MAX / buffers)
         refuse_as(GLTF_TOO_COMPLEX, "%zu buffers share a binary chunk of %zu bytes", buffers,
                   file.chunk_bytes);
+    return values;
 }
 
 } // namespace pelt
