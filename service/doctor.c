@@ -16,6 +16,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/pidfd.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -179,31 +180,39 @@ static void read_stream(struct stream *stream) {
     }
 }
 
-/* Reads both streams to their ends, or kills the child at the deadline. */
+/* Reads both streams until the child has ended, or kills it at the deadline. Not until the streams
+ * end: what a driver has started may hold them open. */
 static void finish(struct child *child, double wait_ms) {
+    int process = pidfd_open(child->pid, 0);
     double deadline_ms = clock_now_ms() + wait_ms;
-    while (child->out.descriptor >= 0 || child->messages.descriptor >= 0) {
-        struct pollfd waits[2] = {{.fd = child->out.descriptor, .events = POLLIN},
-                                  {.fd = child->messages.descriptor, .events = POLLIN}};
-        double left_ms = deadline_ms - clock_now_ms();
-        if (left_ms <= 0 && !child->hung) {
-            child->hung = true;
+    bool ended = false;
+    for (;;) {
+        struct pollfd waits[3] = {{.fd = child->out.descriptor, .events = POLLIN},
+                                  {.fd = child->messages.descriptor, .events = POLLIN},
+                                  {.fd = process, .events = POLLIN}};
+        double left_ms = ended ? 0 : deadline_ms - clock_now_ms();
+        if (left_ms < 0 || process < 0) {
+            child->hung = process >= 0;
             kill(child->pid, SIGKILL);
-            /* Its own children may hold the pipes open still: the streams end here. */
             break;
         }
-        int ready = poll(waits, 2, (int)left_ms + 1);
+        int ready = poll(waits, ended ? 2 : 3, ended ? 0 : (int)left_ms + 1);
         if (ready < 0 && errno != EINTR)
             break;
         if (ready > 0 && waits[0].revents)
             read_stream(&child->out);
         if (ready > 0 && waits[1].revents)
             read_stream(&child->messages);
+        if (ended && ready <= 0)
+            break; /* nothing is left in the pipes */
+        ended = ended || (ready > 0 && waits[2].revents);
     }
     if (child->out.descriptor >= 0)
         close(child->out.descriptor);
     if (child->messages.descriptor >= 0)
         close(child->messages.descriptor);
+    if (process >= 0)
+        close(process);
     while (waitpid(child->pid, &child->status, 0) < 0 && errno == EINTR)
         ;
 }

@@ -7,6 +7,7 @@ the libraries to open come from the environment (renderer/gl/README.md).
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -93,6 +94,27 @@ def test_a_driver_that_hangs(folder):
     hang = library(folder, "hang", "for (;;) pause();")
     found = findings(6, "--wait", "0.4", PELT_EGL_LIBRARY=hang, PELT_OSMESA_LIBRARY="libabsent.so")
     assert found["egl"]["why"] == "its driver hung: no answer within 400 ms", found["egl"]
+
+
+def test_a_driver_that_hangs_in_silence(folder):
+    """The end of its streams is not the end of the process."""
+    hang = library(folder, "mute", "close(1); close(2); for (;;) pause();")
+    found = findings(6, "--wait", "0.4", PELT_EGL_LIBRARY=hang, PELT_OSMESA_LIBRARY="libabsent.so")
+    assert "its driver hung" in found["egl"]["why"], found["egl"]
+
+
+def test_a_driver_that_leaves_a_process_behind(folder):
+    """The end of the process is the end of the probe, whoever holds its streams."""
+    list_of_pids = folder / "pids"
+    fork = library(folder, "fork", "int pid = fork(); if (pid == 0) for (;;) pause(); "
+                   'FILE *f = fopen("%s", "a"); fprintf(f, "%%d\\n", pid); fclose(f);'
+                   % list_of_pids)
+    found = findings(0, PELT_EGL_LIBRARY=fork)
+    assert "is no EGL library" in found["egl"]["why"], found["egl"]
+    pids = [int(line) for line in list_of_pids.read_text().split()]
+    assert pids
+    for pid in pids:
+        os.kill(pid, signal.SIGKILL)  # raises, were it gone: then the doctor had waited for it
 
 
 def test_a_driver_that_ends_the_process(folder):
