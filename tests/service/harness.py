@@ -76,11 +76,19 @@ class Daemon:
                 self.process.kill()
                 self.process.wait()
                 raise AssertionError("the daemon does not end on SIGTERM:\n" + self.log())
+            ended = self.process.returncode
+        else:
+            ended = 0  # the test has looked at it itself
         self.process.stdout.close()
         self.log_file.close()
-        if kind:
-            print("--- the daemon's log\n" + self.log())
+        log = self.log()
         shutil.rmtree(self.folder, ignore_errors=True)
+        told = re.search(r"(Address|Thread)Sanitizer: .*|.*runtime error: .*", log)
+        if kind or told or ended:
+            print("--- the daemon's log\n" + log)
+        if not kind:
+            assert not told, told[0]
+            assert ended == 0, f"the daemon ended with {ended}"
 
     def log(self):
         with open(self.log_path) as file:
