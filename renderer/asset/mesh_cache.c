@@ -141,6 +141,7 @@ static enum status make(struct mesh_cache *cache, const struct scene_mesh *spec,
         return status;
     }
     entry->key = *key;
+    entry->mesh->serial = ++cache->serial;
     entry->textures = want_textures;
     entry->next = cache->first;
     cache->first = entry;

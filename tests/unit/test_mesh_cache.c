@@ -46,6 +46,23 @@ static void equal_shapes_share_a_mesh(void **state) {
     mesh_cache_destroy(cache);
 }
 
+/* What other rooms make of a mesh is found again by its number: never 0, never another mesh's, and
+ * not that of one that was forgotten. */
+static void every_mesh_has_a_number_of_its_own(void **state) {
+    (void)state;
+    struct mesh_cache *cache = mesh_cache_create(0);
+    uint64_t numbers[4];
+    for (int i = 0; i < 4; i++) {
+        const struct mesh *mesh = take(cache, sphere(i == 3 ? 1 : 1 + i, 4));
+        numbers[i] = mesh->serial;
+        mesh_release(cache, mesh);
+        assert_int_not_equal(numbers[i], 0);
+        for (int j = 0; j < i; j++)
+            assert_int_not_equal(numbers[i], numbers[j]);
+    }
+    mesh_cache_destroy(cache);
+}
+
 static void the_least_recently_used_goes_first(void **state) {
     (void)state;
     struct mesh_cache *probe = mesh_cache_create(1 << 26);
@@ -174,6 +191,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(only_what_is_needed_is_loaded),
         cmocka_unit_test(equal_shapes_share_a_mesh),
+        cmocka_unit_test(every_mesh_has_a_number_of_its_own),
         cmocka_unit_test(the_least_recently_used_goes_first),
         cmocka_unit_test(meshes_in_use_stay),
         cmocka_unit_test(assets_are_known_by_their_bytes),
