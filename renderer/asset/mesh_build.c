@@ -146,8 +146,8 @@ enum status mesh_build(const struct mesh_soup *soup, const char *pointer, struct
     mesh->surface_count = 1;
     mesh->surfaces[0] = (struct mesh_surface){{1, 1, 1, 1}, -1};
     fill_vertices(soup, &work, mesh);
-    if (!mesh_make_normals(mesh, soup, work.source) || !mesh_make_uvs(mesh, soup, work.source) ||
-        !mesh_find_neighbours(mesh))
+    if (!mesh_find_neighbours(mesh) || !mesh_make_normals(mesh, soup, work.source) ||
+        !mesh_make_uvs(mesh, soup, work.source))
         goto fail;
     *result = mesh;
     status = STATUS_OK;

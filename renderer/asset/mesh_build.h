@@ -29,7 +29,7 @@ bool mesh_triangle_is_flat(const double a[3], const double b[3], const double c[
  * triangle that became triangle t; mesh->normal comes in zeroed. False where memory ran out. */
 bool mesh_make_normals(struct mesh *mesh, const struct mesh_soup *soup, const uint32_t *source);
 
-/* Fills mesh->corner_uv; needs the normals. False where memory ran out. */
+/* Fills mesh->corner_uv; needs bounds and neighbours. False where memory ran out. */
 bool mesh_make_uvs(struct mesh *mesh, const struct mesh_soup *soup, const uint32_t *source);
 
 /* Fills mesh->neighbour and counts open and non-manifold edges. False where memory ran out. */
