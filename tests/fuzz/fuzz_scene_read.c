@@ -40,6 +40,7 @@ static char *write_back(const char *text, size_t bytes, int *accepted) {
         require(written != NULL, "a scene that cannot be written");
     } else {
         require(err.fault_count > 0, "a refusal without a fault");
+        require(status != STATUS_OUT_OF_MEMORY, "scan and jansson disagree");
     }
     char *problem = problem_write(&err, NULL);
     require(problem != NULL, "a problem that cannot be written");
