@@ -277,7 +277,7 @@ static bool scan_object(struct scan *scan) {
     for (;;) {
         if (!next_is(scan, '"'))
             return syntax(scan, "a member's name in quotes");
-        struct key key;
+        struct key key = {0};
         struct string_faults faults;
         if (!scan_string(scan, &key.bytes, &key.length, &faults))
             return false;

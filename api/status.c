@@ -49,8 +49,8 @@ enum status status_from_slug(const char *slug) {
     return STATUS_INTERNAL;
 }
 
-enum status error_fault(struct error *err, enum status status, const char *pointer,
-                        const char *format, ...) {
+enum status(error_fault)(struct error *err, enum status status, const char *pointer,
+                         const char *format, ...) {
     assert(status != STATUS_OK && status < STATUS_COUNT);
     if (!err)
         return status;

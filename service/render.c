@@ -5,6 +5,7 @@
  * may die. */
 #include "service/render.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <getopt.h>
 #include <stdio.h>
@@ -309,6 +310,7 @@ static enum status tell(struct run *run, const struct picture *picture, const ch
 static enum status render_one(struct run *run, const char *path, const char *output,
                               struct error *err) {
     const struct options *options = run->options;
+    assert(output);
     struct cli_scene scene;
     struct file_assets files = {0};
     struct picture picture = {0};

@@ -11,6 +11,7 @@
 
 static uint32_t edge_end(const struct mesh *mesh, uint32_t half, bool larger) {
     const uint32_t *v = mesh->vertex[half / 3];
+    /* NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Assign): sort_by_end fills all of `from` */
     uint32_t a = v[half % 3], b = v[(half % 3 + 1) % 3];
     return (a > b) == larger ? a : b;
 }

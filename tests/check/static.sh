@@ -13,7 +13,7 @@ mapfile -t sources < <(git ls-files 'api/*.c' 'renderer/*.c' 'service/*.c')
 cppcheck --quiet --std=c11 --language=c --error-exitcode=1 --inline-suppr -j 2 \
     --enable=warning,performance,portability \
     --suppress=missingIncludeSystem --suppress=unknownMacro --suppress=CastIntegerToAddressAtReturn \
-    --suppress=deallocuse --suppress=uninitvar \
+    --suppress=deallocuse --suppress=uninitvar --suppress=duplicateAssignExpression \
     --suppress="*:$build/gen/*" "${defines[@]}" "${include[@]}" "${sources[@]}"
 echo "cppcheck: ${#sources[@]} files"
 
