@@ -194,24 +194,26 @@ void mesh_release(struct mesh_cache *cache, const struct mesh *mesh) {
 void mesh_warn(const struct mesh *mesh, const char *pointer, struct report *report) {
     const struct mesh_diagnosis *found = &mesh->diagnosis;
     if (found->zero_area)
-        report_warn(report, "zero-area-triangles", pointer, found->zero_area,
-                    found->zero_area_first,
-                    "triangles without an area were left out; the first is number %llu of the "
-                    "mesh as given",
-                    (unsigned long long)found->zero_area_first);
+        report_warn(
+            report, "zero-area-triangles", pointer, found->zero_area, found->zero_area_first,
+            "%llu triangles without an area are left out; the first is number %llu of the "
+            "mesh as given",
+            (unsigned long long)found->zero_area, (unsigned long long)found->zero_area_first);
     if (found->non_manifold)
-        report_warn(report, "non-manifold-edges", pointer, found->non_manifold,
-                    found->non_manifold_first,
-                    "edges have more than two triangles, or two that face "
-                    "opposite ways: the shell is open there; the first belongs to triangle %llu",
-                    (unsigned long long)found->non_manifold_first);
+        report_warn(
+            report, "non-manifold-edges", pointer, found->non_manifold, found->non_manifold_first,
+            "%llu edges have more than two triangles, or two that face opposite ways; the "
+            "first belongs to triangle %llu. The shell is open there",
+            (unsigned long long)found->non_manifold, (unsigned long long)found->non_manifold_first);
     if (found->normals_made)
-        report_warn(report, "normals-made", pointer, found->normals_made_count,
-                    found->normals_made_first,
-                    "vertices came without a normal and were given the "
-                    "angle-weighted mean of their triangles'");
+        report_warn(
+            report, "normals-made", pointer, found->normals_made_count, found->normals_made_first,
+            "%llu vertices have no usable normal; they are given the angle-weighted mean of "
+            "their triangles' normals",
+            (unsigned long long)found->normals_made_count);
     if (found->uvs_made)
         report_warn(report, "uvs-made", pointer, found->uvs_made_count, found->uvs_made_first,
-                    "vertices belong to triangles without texture coordinates, which were given a "
-                    "box projection");
+                    "triangles at %llu vertices have no texture coordinates; they are given a box "
+                    "projection",
+                    (unsigned long long)found->uvs_made_count);
 }

@@ -3,6 +3,7 @@
 # headers that tinygltf compiles with (nlohmann-json3-dev). Findings are left in BUILD/fuzz/gltf.
 set -eu
 build=${1:-build} seconds=${2:-60}
+[ -e /usr/include/nlohmann/json.hpp ] || { echo "install nlohmann-json3-dev"; exit 1; }
 dir=$build/fuzz/gltf
 mkdir -p "$dir/corpus" "$dir/seeds" "$dir/found"
 flags=(-I. -I/usr/include/nlohmann -D_GNU_SOURCE -O1 -g -ffp-contract=off
