@@ -91,8 +91,6 @@ static long run_once(struct scene_mesh spec, struct asset_source *source, long n
 }
 
 static void torture(struct scene_mesh spec, struct asset_source *source, size_t from) {
-    if (!INTERPOSED)
-        skip();
     bool done = false;
     run_once(spec, source, -1, &done); /* opens the modules */
     done = false;
@@ -140,6 +138,10 @@ static void assets_survive(void **state) {
 }
 
 int main(void) {
+    if (!INTERPOSED) {
+        puts("the sanitizer has an allocator of its own");
+        return 77;
+    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(shapes_survive),
         cmocka_unit_test(assets_survive),
