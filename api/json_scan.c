@@ -66,8 +66,12 @@ static bool syntax(struct scan *scan, const char *wanted) {
     return false;
 }
 
+static bool one_of(char c, const char *set) {
+    return c != 0 && strchr(set, c) != NULL;
+}
+
 static void skip_space(struct scan *scan) {
-    while (scan->at < scan->bytes && memchr(" \t\n\r", scan->text[scan->at], 4))
+    while (scan->at < scan->bytes && one_of(scan->text[scan->at], " \t\n\r"))
         scan->at++;
 }
 
@@ -109,7 +113,7 @@ static bool scan_escape(struct scan *scan, struct string_faults *faults) {
     if (scan->at >= scan->bytes)
         return syntax(scan, "an escape");
     char kind = scan->text[scan->at];
-    if (memchr("\"\\/bfnrt", kind, 8)) {
+    if (one_of(kind, "\"\\/bfnrt")) {
         scan->at++;
         return true;
     }
@@ -130,7 +134,8 @@ static bool scan_escape(struct scan *scan, struct string_faults *faults) {
     }
     if (code == 0 || (code >= 0xD800 && code < 0xE000)) {
         *(code ? &faults->encoding : &faults->nul) = true;
-        memcpy(digits, "003f", 4);
+        for (int i = 0; i < 4; i++)
+            digits[i] = "003f"[i];
     }
     return true;
 }
@@ -408,8 +413,8 @@ static bool scan_value(struct scan *scan) {
     case '[':
         return scan_nested(scan, scan_array);
     case '"': {
-        const char *inside;
-        size_t length;
+        const char *inside = NULL;
+        size_t length = 0;
         struct string_faults faults;
         if (!scan_string(scan, &inside, &length, &faults))
             return false;

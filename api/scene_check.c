@@ -26,7 +26,7 @@ static void cross3(const double a[3], const double b[3], double out[3]) {
 }
 
 /* At the member, or at the object where its default is to blame. */
-static void refuse_member(struct reader *reader, const json_t *json, enum refusal refusal,
+static void refuse_member(struct reader *reader, json_t *json, enum refusal refusal,
                           const char *member) {
     size_t mark = reader->path.length;
     if (json_object_get(json, member))
@@ -35,8 +35,7 @@ static void refuse_member(struct reader *reader, const json_t *json, enum refusa
     json_path_leave(&reader->path, mark);
 }
 
-static void check_camera(struct reader *reader, const json_t *json,
-                         const struct scene_camera *camera) {
+static void check_camera(struct reader *reader, json_t *json, const struct scene_camera *camera) {
     double view[3], side[3];
     for (int i = 0; i < 3; i++)
         view[i] = camera->target[i] - camera->eye[i];
@@ -56,13 +55,12 @@ static void check_camera(struct reader *reader, const json_t *json,
         refuse_member(reader, json, REFUSAL_UP_PARALLEL, "up");
 }
 
-static void check_light(struct reader *reader, const json_t *json,
-                        const struct scene_light *light) {
+static void check_light(struct reader *reader, json_t *json, const struct scene_light *light) {
     if (length3(light->direction) < length_min)
         refuse_member(reader, json, REFUSAL_ZERO_DIRECTION, "direction");
 }
 
-static void check_transform(struct reader *reader, const json_t *json,
+static void check_transform(struct reader *reader, json_t *json,
                             struct scene_transform *transform) {
     scene_transform_compose(transform);
     const double *m = transform->matrix;
@@ -163,9 +161,8 @@ static void check_scene(struct reader *reader, const struct scene *scene) {
 }
 
 /* In the schema too: quality is the path's own. */
-static void check_object(struct reader *reader, const json_t *json,
-                         const struct scene_object *object) {
-    const json_t *quality = json_object_get(json, "quality");
+static void check_object(struct reader *reader, json_t *json, const struct scene_object *object) {
+    json_t *quality = json_object_get(json, "quality");
     if (object->path == SCENE_PATH_AUTO)
         return;
     size_t outer = json_path_enter_name(&reader->path, "quality");
@@ -182,7 +179,7 @@ static void check_object(struct reader *reader, const json_t *json,
     json_path_leave(&reader->path, outer);
 }
 
-void reader_check(struct reader *reader, enum scene_node node, const json_t *json, void *out) {
+void reader_check(struct reader *reader, enum scene_node node, json_t *json, void *out) {
     switch (node) {
     case SCENE_NODE_scene:
         check_scene(reader, out);

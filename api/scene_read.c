@@ -53,7 +53,7 @@ size_t reader_fault_count(const struct reader *reader) {
     return reader->err->fault_count + reader->err->faults_left_out;
 }
 
-const char *reader_type_name(const json_t *json) {
+const char *reader_type_name(json_t *json) {
     switch (json_typeof(json)) {
     case JSON_OBJECT:
         return "an object";

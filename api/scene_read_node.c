@@ -28,7 +28,7 @@ static size_t distinct_keys(enum scene_node node, const char *keys[SCENE_ALTERNA
 
 /* The alternative of `node` that `key` (NULL: none at all) with its value tells; its index, or
  * SCENE_ALTERNATIVE_COUNT. */
-static size_t find_alternative(enum scene_node node, const char *key, const json_t *value) {
+static size_t find_alternative(enum scene_node node, const char *key, json_t *value) {
     for (size_t i = 0; i < SCENE_ALTERNATIVE_COUNT; i++) {
         const struct scene_alternative_info *info = &scene_alternatives[i];
         if (info->node != node)
@@ -60,9 +60,9 @@ static void fault_unknown_value(struct reader *reader, enum scene_node node, con
 
 /* Which alternative a JSON object is, after its faults have been told: its index, or
  * SCENE_ALTERNATIVE_COUNT if the node has none or it cannot be told. */
-static size_t choose(struct reader *reader, enum scene_node node, const json_t *json,
+static size_t choose(struct reader *reader, enum scene_node node, json_t *json,
                      const char **chosen_key) {
-    const char *keys[SCENE_ALTERNATIVE_COUNT];
+    const char *keys[SCENE_ALTERNATIVE_COUNT] = {NULL};
     size_t count = distinct_keys(node, keys);
     *chosen_key = NULL;
     if (count == 0)
@@ -102,12 +102,12 @@ static bool is_key(enum scene_node node, const char *name) {
 }
 
 /* Faults for the members that have no place here. The keys of alternatives were judged before. */
-static void refuse_strangers(struct reader *reader, enum scene_node node, const json_t *json,
+static void refuse_strangers(struct reader *reader, enum scene_node node, json_t *json,
                              size_t chosen, const char *chosen_key) {
     const uint64_t bit = chosen < SCENE_ALTERNATIVE_COUNT ? UINT64_C(1) << chosen : 0;
     const char *name;
     json_t *value;
-    json_object_foreach((json_t *)(uintptr_t)json, name, value) {
+    json_object_foreach(json, name, value) {
         if (is_key(node, name))
             continue;
         bool known = false, active = false;
@@ -142,13 +142,13 @@ static void store_alternative(const struct scene_alternative_info *info, void *o
         memcpy(bytes + info->flag - 1, &(bool){true}, sizeof(bool));
 }
 
-static void read_members(struct reader *reader, enum scene_node node, const json_t *json,
-                         uint64_t bit, void *out) {
+static void read_members(struct reader *reader, enum scene_node node, json_t *json, uint64_t bit,
+                         void *out) {
     for (size_t i = 0; i < scene_member_count; i++) {
         const struct member *member = &scene_members[i];
         if (member->node != node || !member_active(member, bit))
             continue;
-        const json_t *value = json ? json_object_get(json, member->name) : NULL;
+        json_t *value = json ? json_object_get(json, member->name) : NULL;
         size_t mark = json_path_enter_name(&reader->path, member->name);
         if (!value && json && member->required) {
             json_path_leave(&reader->path, mark);
@@ -160,7 +160,7 @@ static void read_members(struct reader *reader, enum scene_node node, const json
     }
 }
 
-void reader_node(struct reader *reader, enum scene_node node, const json_t *json, void *out) {
+void reader_node(struct reader *reader, enum scene_node node, json_t *json, void *out) {
     size_t before = reader_fault_count(reader);
     if (json && !json_is_object(json)) {
         reader_fault(reader, "must be an object, is %s", reader_type_name(json));

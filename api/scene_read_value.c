@@ -19,8 +19,8 @@ static void store_number(const struct member *member, void *out, size_t i, doubl
 }
 
 /* Whether `json` is a number this element may have; a fault if not. */
-static bool read_number(struct reader *reader, const struct member *member, size_t i,
-                        const json_t *json, double *value) {
+static bool read_number(struct reader *reader, const struct member *member, size_t i, json_t *json,
+                        double *value) {
     bool whole = member->kind != MEMBER_NUMBER;
     if (!json_is_number(json)) {
         reader_fault(reader, "must be %s, is %s", whole ? "an integer" : "a number",
@@ -46,7 +46,7 @@ static bool read_number(struct reader *reader, const struct member *member, size
     return false;
 }
 
-static void read_numbers(struct reader *reader, const struct member *member, const json_t *json,
+static void read_numbers(struct reader *reader, const struct member *member, json_t *json,
                          void *out) {
     double value;
     size_t count = member->count ? member->count : 1;
@@ -76,20 +76,25 @@ static void read_numbers(struct reader *reader, const struct member *member, con
     }
 }
 
-static void read_boolean(struct reader *reader, const struct member *member, const json_t *json,
+static bool is_boolean(const json_t *json) {
+    json_type type = json_typeof(json);
+    return type == JSON_TRUE || type == JSON_FALSE;
+}
+
+static void read_boolean(struct reader *reader, const struct member *member, json_t *json,
                          void *out) {
     bool value = member->fallback[0] != 0;
-    if (json && !json_is_boolean(json))
+    if (json && !is_boolean(json))
         reader_fault(reader, "must be true or false, is %s", reader_type_name(json));
-    else if (json && json_is_true(json) && member->only_false)
+    else if (json && json_typeof(json) == JSON_TRUE && member->only_false)
         reader_fault(reader, "must be false here");
     else if (json)
-        value = json_is_true(json);
+        value = json_typeof(json) == JSON_TRUE;
     memcpy((char *)out + member->offset, &value, sizeof value);
 }
 
 /* A choice keeps its enum's value, a name its text. */
-static void read_choice(struct reader *reader, const struct member *member, const json_t *json,
+static void read_choice(struct reader *reader, const struct member *member, json_t *json,
                         void *out) {
     char *field = (char *)out + member->offset;
     const struct scene_choice_list *list = &scene_choice_lists[member->choices];
@@ -116,7 +121,7 @@ static void read_choice(struct reader *reader, const struct member *member, cons
     reader_fault(reader, "must be one of %s", names);
 }
 
-static void read_asset(struct reader *reader, const struct member *member, const json_t *json,
+static void read_asset(struct reader *reader, const struct member *member, json_t *json,
                        void *out) {
     if (!json)
         return;
@@ -138,7 +143,7 @@ static void read_asset(struct reader *reader, const struct member *member, const
     memcpy((char *)out + member->offset, &copy, sizeof copy);
 }
 
-static bool read_length(struct reader *reader, const struct member *member, const json_t *json) {
+static bool read_length(struct reader *reader, const struct member *member, json_t *json) {
     size_t length = json_array_size(json);
     if (!json_is_array(json))
         reader_fault(reader, "must be an array, is %s", reader_type_name(json));
@@ -164,8 +169,7 @@ static void *allocate(struct reader *reader, const struct member *member, size_t
     return list;
 }
 
-static void read_list(struct reader *reader, const struct member *member, const json_t *json,
-                      void *out) {
+static void read_list(struct reader *reader, const struct member *member, json_t *json, void *out) {
     size_t count = member->has_fallback, bytes = scene_nodes[member->sub_node].bytes;
     if (json) {
         if (!read_length(reader, member, json))
@@ -181,14 +185,14 @@ static void read_list(struct reader *reader, const struct member *member, const 
     }
 }
 
-static void read_pairs(struct reader *reader, const struct member *member, const json_t *json,
+static void read_pairs(struct reader *reader, const struct member *member, json_t *json,
                        void *out) {
     if (!json || !read_length(reader, member, json))
         return;
     size_t count = json_array_size(json);
     uint32_t(*pairs)[2] = allocate(reader, member, count, sizeof *pairs, out);
     for (size_t i = 0; pairs && i < count; i++) {
-        const json_t *pair = json_array_get(json, i);
+        json_t *pair = json_array_get(json, i);
         size_t mark = json_path_enter_index(&reader->path, i);
         if (!json_is_array(pair) || json_array_size(pair) != 2)
             reader_fault(reader, "must be an array of 2 indices");
@@ -204,7 +208,7 @@ static void read_pairs(struct reader *reader, const struct member *member, const
 }
 
 /* The object keeps the product; its parts live only here. */
-static void read_transform(struct reader *reader, const struct member *member, const json_t *json,
+static void read_transform(struct reader *reader, const struct member *member, json_t *json,
                            void *out) {
     struct scene_transform transform = {0};
     reader_node(reader, member->sub_node, json, &transform);
@@ -212,8 +216,7 @@ static void read_transform(struct reader *reader, const struct member *member, c
     memcpy((char *)out + member->offset, transform.matrix, sizeof transform.matrix);
 }
 
-void reader_value(struct reader *reader, const struct member *member, const json_t *json,
-                  void *out) {
+void reader_value(struct reader *reader, const struct member *member, json_t *json, void *out) {
     if (member->given)
         memcpy((char *)out + member->given - 1, &(bool){json != NULL}, sizeof(bool));
     switch (member->kind) {

@@ -33,16 +33,15 @@ size_t reader_fault_count(const struct reader *reader); /* stored or not */
 bool reader_scan_found_below(const struct reader *reader);
 
 /* Fills the struct of a node from a JSON object; `json` NULL: with its defaults. */
-void reader_node(struct reader *reader, enum scene_node node, const json_t *json, void *out);
+void reader_node(struct reader *reader, enum scene_node node, json_t *json, void *out);
 
 /* Fills one member's field; json NULL: with its default. */
-void reader_value(struct reader *reader, const struct member *member, const json_t *json,
-                  void *out);
+void reader_value(struct reader *reader, const struct member *member, json_t *json, void *out);
 
 /* Judges a node that was read from `json` without a fault, and completes what its members leave to
  * it. */
-void reader_check(struct reader *reader, enum scene_node node, const json_t *json, void *out);
+void reader_check(struct reader *reader, enum scene_node node, json_t *json, void *out);
 
-const char *reader_type_name(const json_t *json); /* "a number", "an object", ... */
+const char *reader_type_name(json_t *json); /* "a number", "an object", ... */
 
 #endif
