@@ -30,7 +30,7 @@ struct ring {
 };
 
 static struct ring make_ring(const struct scene_material *spec, int row, int column) {
-    static const float steel[3] = {0.40f, 0.41f, 0.43f};
+    static const float steel[3] = {0.30f, 0.31f, 0.33f};
     uint32_t state = random_hash4(spec->seed, 0xc4a1u, (uint32_t)row, (uint32_t)column);
     struct ring ring;
     ring.center[0] = ((float)column + ((row & 1) ? 0.75f : 0.25f)) / RINGS_U;

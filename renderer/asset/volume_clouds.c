@@ -20,7 +20,7 @@ enum { COVER_CELLS = 3, BILLOW_CELLS = 7, BILLOW_OCTAVES = 3 };
 /* The coarsest grid that shows the shape with one sample a voxel. */
 enum { FINE_SIDE = 48, FINE_DEPTH = 16 };
 
-static const float white[3] = {0.97f, 0.975f, 0.985f};
+static const float white[3] = {0.84f, 0.85f, 0.87f};
 static const float EXTINCTION = 18.0f; /* times the thickness: the heart of a cloud is opaque */
 
 static float smooth(float low, float high, float x) {

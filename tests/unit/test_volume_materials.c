@@ -333,7 +333,7 @@ static void chain_colour_reaches_outside(void **state) {
         if (f[3] <= 0.01f || f[3] >= 0.5f)
             continue;
         outside++;
-        assert_true(f[0] / f[3] > 0.15f && f[0] / f[3] < 0.55f);
+        assert_true(f[0] / f[3] > 0.12f && f[0] / f[3] < 0.40f);
     }
     assert_true(outside > 1000);
     drop(&volume);
