@@ -220,6 +220,24 @@ static enum status read_picture(struct renderer *renderer, const struct scene *s
     return gl_target_read(&renderer->picture, pixels, err);
 }
 
+/* A pixel that is no number is a fault of Pelt's or of what it was given: it is drawn as nothing,
+ * and the report says so. */
+static void check_finite(struct render_result *result) {
+    uint64_t count = 0, first = 0;
+    size_t pixels = (size_t)result->width * (size_t)result->height;
+    for (size_t p = 0; p < pixels; p++) {
+        float *pixel = result->pixels + 4 * p;
+        if (isfinite(pixel[0] + pixel[1] + pixel[2] + pixel[3]))
+            continue;
+        if (count++ == 0)
+            first = p;
+        memset(pixel, 0, 4 * sizeof *pixel);
+    }
+    if (count)
+        report_warn(&result->report, "not-finite", "/image", count, first,
+                    "pixels came out as infinite or as no number; they are left empty");
+}
+
 /* Everything but drawing; shared by renderer_render and renderer_plan. */
 static enum status make_ready(struct renderer *renderer, const struct scene *scene,
                               const struct asset_source *assets, struct render_result *result,
@@ -331,6 +349,8 @@ enum status renderer_render(struct renderer *renderer, const struct scene *scene
         goto done;
     stage_clock_next(&clock, REPORT_STAGE_readback, true);
     status = read_picture(renderer, &report->resolved, plan.k, &picture, result->pixels, err);
+    if (status == STATUS_OK)
+        check_finite(result);
     stage_clock_stop(&clock, true);
 
 done:

@@ -5,14 +5,16 @@
 
 /* Which variants of a program that knows the flags `known` make sense: a cell holds one thing, not
  * two (media of other objects are other draws); a homogeneous medium is unlit, its colour is its
- * radiance; a highlight needs light. The checks compile every variant for which this holds, and
- * gl_programs_get() takes no other. */
+ * radiance; a highlight needs light; solids
+ * are hidden by the depth test, not by clipping. The checks compile every variant for which this
+ * holds, and gl_programs_get() takes no other. */
 #define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
 #define VARIANT_MAKES_SENSE(v, known)                                                              \
     ((((v)&FLAGS_CONTENT) == FLAG_MEDIUM || ((v)&FLAGS_CONTENT) == FLAG_SOLID ||                   \
       ((v)&FLAGS_CONTENT) == FLAG_HOMOGENEOUS || ((known)&FLAGS_CONTENT) == 0) &&                  \
      (((v)&FLAG_LIT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                       \
-     (((v)&FLAG_SPECULAR) == 0 || ((v)&FLAG_LIT) != 0))
+     (((v)&FLAG_SPECULAR) == 0 || ((v)&FLAG_LIT) != 0) &&                                          \
+     (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -34,9 +36,9 @@
 #define FRAME_D0          3 /* ray direction: d0, du, dv */
 #define FRAME_DU          4
 #define FRAME_DV          5
-#define FRAME_SCREEN      6 /* 2 / width, 2 / height of the sample grid */
-#define FRAME_STEP        7 /* steps per unit of length, 1 / thickness, most steps */
-#define FRAME_NORMAL      8 /* three rows: world normal from the object's gradient */
+#define FRAME_SCREEN      6  /* 2 / width, 2 / height of the sample grid */
+#define FRAME_STEP        7  /* steps per unit of length, 1 / thickness, most steps */
+#define FRAME_NORMAL      8  /* three rows: world normal from the object's gradient */
 #define FRAME_VIEW_D0     11 /* ray direction in the world */
 #define FRAME_VIEW_DU     12
 #define FRAME_VIEW_DV     13

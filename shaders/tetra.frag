@@ -240,6 +240,8 @@ void main() {
         low = inside ? low : middle;
         s_out = inside ? s_out : s;
     } while (++k < 6);
+    /* The estimate between the ends, not the inner end: that one may not have moved for long. */
+    high = low + (high - low) * clamp((0.5 - s_out) / max(s_in - s_out, 1.0e-6), 0.0, 1.0);
     vec3 q = at_in + along * high;
     vec4 m = texture(solid, q); /* s-weighted colour, s */
     vec3 source = m.rgb / max(m.a, 1.0e-30);

@@ -38,6 +38,7 @@ struct outlines {
     uint32_t *indices;
     struct run *runs;
     size_t corner_count, corner_capacity, index_count, index_capacity, run_count, run_capacity;
+    size_t outline_count;
 };
 
 struct device_shell {
@@ -153,6 +154,7 @@ static bool append_outline(struct outlines *out, const struct path_object *objec
     const struct view *view = &object->projection.view;
     uint32_t base = (uint32_t)out->corner_count;
     float nearest = nearest_depth(object, tetra);
+    out->outline_count++;
     for (int i = 0; i < corners; i++)
         out->corners[out->corner_count++] =
             (struct corner){(float)(outline[i][0] * 2 / view->width - 1),
@@ -213,6 +215,7 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
     struct report_work *work = &picture->report->work;
     work->sort_nodes += sorted.count;
     work->sort_edges += sorted.edges;
+    work->fragments += sorted.fragments;
     work->cycles += sorted.cycles;
     if (sorted.cycles)
         report_warn(picture->report, "cycles", "/objects", sorted.cycles, sorted.cycle_first,
@@ -231,12 +234,42 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
     return status;
 }
 
+/* The variant for one object in one of the two draws. */
+static uint32_t variant_of(const struct path_object *object, const struct picture *picture,
+                           bool solid) {
+    const struct volume *volume = object->volume;
+    uint32_t flags = object->projection.behind ? FLAG_EYE_INSIDE : 0;
+    if (solid)
+        flags |= FLAG_SOLID;
+    else
+        flags |= (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) |
+                 (picture->occluded ? FLAG_OCCLUDED : 0);
+    if (volume->lit && !volume->homogeneous)
+        flags |= FLAG_LIT | (volume->specular > 0 && picture->lights.count ? FLAG_SPECULAR : 0);
+    return flags;
+}
+
+/* Compiles, or finds, what an object is drawn with, so that drawing only draws. */
+static enum status make_programs(const struct path_object *object, struct picture *picture,
+                                 struct error *err) {
+    enum status status = STATUS_OK;
+    GLuint program;
+    if (volume_has_medium(object->volume))
+        status = gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
+                                 variant_of(object, picture, false), &program, &picture->cold, err);
+    if (status == STATUS_OK && volume_has_solid(object->volume))
+        status = gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
+                                 variant_of(object, picture, true), &program, &picture->cold, err);
+    return status;
+}
+
 static enum status tetra_prepare(void *state, struct picture *picture, struct error *err) {
     struct tetra *tetra = state;
     resident_begin_picture(&tetra->shells);
     struct outlines *both[2] = {&tetra->media, &tetra->solids};
     for (int i = 0; i < 2; i++)
-        both[i]->corner_count = both[i]->index_count = both[i]->run_count = 0;
+        both[i]->corner_count = both[i]->index_count = both[i]->run_count = both[i]->outline_count =
+            0;
 
     stage_clock_next(picture->clock, REPORT_STAGE_sort, true);
     enum status status = sort_media(tetra, picture, err);
@@ -254,6 +287,9 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         (tetra->media.corner_count > UINT32_MAX / 2 || tetra->solids.corner_count > UINT32_MAX / 2))
         status = error_fault(err, STATUS_TOO_COMPLEX, "/objects", "too many outlines for one draw");
 
+    for (int i = 0; i < 2; i++)
+        picture->report->work.segments += both[i]->outline_count;
+
     stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
@@ -261,6 +297,8 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
             !(volume_has_medium(object->volume) || volume_has_solid(object->volume)))
             continue;
         status = upload_shell(tetra, object->shell, picture, err);
+        if (status == STATUS_OK)
+            status = make_programs(object, picture, err);
         double steps = frame_steps_needed(object);
         if (!object->volume->homogeneous && steps > PATH_STEPS_MAX)
             report_warn(picture->report, "steps-capped", object->pointer, 1, 0,
@@ -269,21 +307,6 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
                         steps, PATH_STEPS_MAX);
     }
     return status;
-}
-
-/* The variant for one object in one of the two draws. */
-static uint32_t variant_of(const struct path_object *object, const struct picture *picture,
-                           bool solid) {
-    const struct volume *volume = object->volume;
-    uint32_t flags = object->projection.behind ? FLAG_EYE_INSIDE : 0;
-    if (solid)
-        flags |= FLAG_SOLID;
-    else
-        flags |= (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) |
-                 (picture->occluded ? FLAG_OCCLUDED : 0);
-    if (volume->lit && !volume->homogeneous)
-        flags |= FLAG_LIT | (volume->specular > 0 && picture->lights.count ? FLAG_SPECULAR : 0);
-    return flags;
 }
 
 static void bind_textures(const struct baked *baked, bool solid) {

@@ -99,7 +99,8 @@ static void check_order(const struct shell *shell, const struct projection *proj
             for (int a = 0; a < count; a++)
                 for (int b = 0; b < count; b++) {
                     /* a wholly before b, by more than rounding: b must be drawn first. */
-                    if (!(met[a].end <= met[b].begin + 1e-12 && met[a].begin < met[b].begin - 1e-12))
+                    if (!(met[a].end <= met[b].begin + 1e-12 &&
+                          met[a].begin < met[b].begin - 1e-12))
                         continue;
                     pairs++;
                     assert_true(rank[met[b].tetra] < rank[met[a].tetra]);
@@ -114,9 +115,14 @@ static void test_order(void **state) {
     static const struct scene_mesh specs[] = {
         {.kind = SCENE_MESH_TORUS, .radius = 1, .tube = 0.4, .divisions = {20, 10}},
         {.kind = SCENE_MESH_SPHERE, .radius = 1, .divisions = {16, 8}},
-        {.kind = SCENE_MESH_TERRAIN, .size = {2, 2}, .height = 0.6, .seed = 3, .divisions = {14, 14}},
+        {.kind = SCENE_MESH_TERRAIN,
+         .size = {2, 2},
+         .height = 0.6,
+         .seed = 3,
+         .divisions = {14, 14}},
     };
-    static const double eyes[][3] = {{0, -3, 2.2}, {4, 0.3, 0.01}, {0.02, 0.01, 5}, {0.3, -0.9, 0.2}};
+    static const double eyes[][3] = {
+        {0, -3, 2.2}, {4, 0.3, 0.01}, {0.02, 0.01, 5}, {0.3, -0.9, 0.2}};
     const double tiles[2] = {1, 1};
     struct mesh_cache *meshes = mesh_cache_create(1 << 24);
     struct error err = {0};
@@ -143,8 +149,8 @@ static void test_order(void **state) {
     mesh_cache_destroy(meshes);
 }
 
-/* Three long tetrahedra, each lying over the next as the sticks of a campfire: no order exists. Built
- * by hand, unlinked, so that the A-buffer alone must find it. */
+/* Three long tetrahedra, each lying over the next as the sticks of a campfire: no order exists.
+ * Built by hand, unlinked, so that the A-buffer alone must find it. */
 static void test_cycle(void **state) {
     (void)state;
     struct shell shell = {.vertex_count = 12, .tetra_count = 3};
@@ -154,8 +160,7 @@ static void test_cycle(void **state) {
     for (uint32_t t = 0; t < 3; t++) {
         double a = t * 2 * M_PI / 3, c = cos(a), s = sin(a);
         /* A stick along x at y = -0.4, rising from z = 0 to 1, turned by a third each. */
-        const double stick[4][3] = {
-            {-1, -0.5, 0}, {-1, -0.3, 0}, {1, -0.4, 1}, {1, -0.4, 1.1}};
+        const double stick[4][3] = {{-1, -0.5, 0}, {-1, -0.3, 0}, {1, -0.4, 1}, {1, -0.4, 1.1}};
         for (uint32_t v = 0; v < 4; v++) {
             tetra[t][v] = 4 * t + v;
             position[4 * t + v][0] = c * stick[v][0] - s * stick[v][1];

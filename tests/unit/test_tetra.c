@@ -82,15 +82,16 @@ static void test_slab_in_perspective(void **state) {
     (void)state;
     struct render_result result;
     assert_int_equal(
-        support_draw(renderer, &result,
-                     "{'image': {'width': 64, 'height': 64, 'samples': 1}, 'camera': {'eye': [0, 0, "
-                     "3], 'target': [0, 0, 0], 'up': [0, 1, 0], 'fov_y_deg': 60}, 'objects': [" SLAB
-                     "]}",
-                     11, 13, 0.3, 4.0, ""),
+        support_draw(
+            renderer, &result,
+            "{'image': {'width': 64, 'height': 64, 'samples': 1}, 'camera': {'eye': [0, 0, "
+            "3], 'target': [0, 0, 0], 'up': [0, 1, 0], 'fov_y_deg': 60}, 'objects': [" SLAB "]}",
+            11, 13, 0.3, 4.0, ""),
         STATUS_OK);
     for (int y = 0; y < 64; y++)
         for (int x = 0; x < 64; x++) {
-            double px = ((x + 0.5) / 32 - 1) * tan(M_PI / 6), py = ((y + 0.5) / 32 - 1) * tan(M_PI / 6);
+            double px = ((x + 0.5) / 32 - 1) * tan(M_PI / 6),
+                   py = ((y + 0.5) / 32 - 1) * tan(M_PI / 6);
             assert_depth(support_pixel(&result, x, y), 1.2 * sqrt(1 + px * px + py * py), 5e-6);
         }
     render_result_finish(&result);
@@ -115,10 +116,11 @@ static void test_eye_inside(void **state) {
     render_result_finish(&result);
 
     assert_int_equal(
-        support_draw(renderer, &result,
-                     "{'image': {'width': 33, 'height': 33, 'samples': 1}, 'camera': {'eye': [0, 0, "
-                     "0.25], 'target': [0, 1, 0.25], 'fov_y_deg': 20}, 'objects': [" SLAB "]}",
-                     6, 6, 0.5, 0.5, ""),
+        support_draw(
+            renderer, &result,
+            "{'image': {'width': 33, 'height': 33, 'samples': 1}, 'camera': {'eye': [0, 0, "
+            "0.25], 'target': [0, 1, 0.25], 'fov_y_deg': 20}, 'objects': [" SLAB "]}",
+            6, 6, 0.5, 0.5, ""),
         STATUS_OK);
     /* The middle ray leaves through the wall at y = 4. */
     assert_depth(support_pixel(&result, 16, 16), 2, 1e-5);
@@ -130,15 +132,15 @@ static void test_eye_inside(void **state) {
 static void test_transforms(void **state) {
     (void)state;
     static const char *const transforms[] = {
-        "{'scale': [1000, 1000, 1000]}",
-        "{'scale': [1e-6, 1e-6, 1e-6]}",
-        "{'scale': [1, 1, -3]}",
-        "{'scale': [-1, 1, 1], 'rotate_deg': [10, 20, 30]}",
+        "{'scale': [1000, 1000, 1000]}",   "{'scale': [1e-6, 1e-6, 1e-6]}",
+        "{'scale': [1, 1, -3]}",           "{'scale': [-1, 1, 1], 'rotate_deg': [10, 20, 30]}",
         "{'translate': [1e6, -1e6, 1e6]}",
     };
     static const double places[][7] = {
-        {0, 0, 5000, 0, 0, 0, 2000},          {0, 0, 5e-6, 0, 0, 0, 2e-6},
-        {0, 0, 5, 0, 0, 0, 2},                {0, 0, 0, 0, 0, 0, 1},
+        {0, 0, 5000, 0, 0, 0, 2000},
+        {0, 0, 5e-6, 0, 0, 0, 2e-6},
+        {0, 0, 5, 0, 0, 0, 2},
+        {0, 0, 0, 0, 0, 0, 1},
         {1e6, -1e6, 1e6 + 5, 1e6, -1e6, 1e6, 2},
     };
     for (size_t i = 0; i < sizeof transforms / sizeof *transforms; i++) {
@@ -160,8 +162,7 @@ static void test_transforms(void **state) {
                          "{'image': {'width': 16, 'height': 16, 'samples': 1}, 'camera': {'eye': "
                          "[%.17g, %.17g, %.17g], 'target': [%.17g, %.17g, %.17g], 'up': [0, 1, 0], "
                          "'ortho_height': %.17g}, 'objects': [" SLAB "]}",
-                         eye[0], eye[1], eye[2], p[3], p[4], p[5], p[6], 5, 7, 0.5, 2.0,
-                         transform),
+                         eye[0], eye[1], eye[2], p[3], p[4], p[5], p[6], 5, 7, 0.5, 2.0, transform),
             STATUS_OK);
         for (int k = 0; k < 256; k++)
             assert_depth(result.pixels + 4 * k, 1, i == 4 ? 2e-5 : 5e-6);
@@ -239,8 +240,8 @@ static void test_two_shells(void **state) {
     }
 }
 
-/* Every ray through a closed shell meets cells that fill it without gaps: along each, the depth must
- * not fall short anywhere, tiny cells and edges included. */
+/* Every ray through a closed shell meets cells that fill it without gaps: along each, the depth
+ * must not fall short anywhere, tiny cells and edges included. */
 static void test_no_holes(void **state) {
     (void)state;
     struct render_result result;
@@ -304,11 +305,16 @@ static void test_extremes(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_slab_straight),       cmocka_unit_test(test_slab_aslant),
-        cmocka_unit_test(test_slab_in_perspective), cmocka_unit_test(test_eye_inside),
-        cmocka_unit_test(test_transforms),          cmocka_unit_test(test_independence),
-        cmocka_unit_test(test_cut_by_a_mesh),       cmocka_unit_test(test_two_shells),
-        cmocka_unit_test(test_no_holes),            cmocka_unit_test(test_extremes),
+        cmocka_unit_test(test_slab_straight),
+        cmocka_unit_test(test_slab_aslant),
+        cmocka_unit_test(test_slab_in_perspective),
+        cmocka_unit_test(test_eye_inside),
+        cmocka_unit_test(test_transforms),
+        cmocka_unit_test(test_independence),
+        cmocka_unit_test(test_cut_by_a_mesh),
+        cmocka_unit_test(test_two_shells),
+        cmocka_unit_test(test_no_holes),
+        cmocka_unit_test(test_extremes),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);
 }
