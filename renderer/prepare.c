@@ -56,8 +56,8 @@ enum status prepare_objects(struct caches *caches, const struct scene *scene,
         snprintf(object->pointer, sizeof object->pointer, "/objects/%zu", i);
         bool is_shell = spec->kind == SCENE_OBJECT_SHELL;
         char pointer[64];
-        snprintf(pointer, sizeof pointer, "%s/%s/mesh", object->pointer,
-                 is_shell ? "shell" : "mesh");
+        snprintf(pointer, sizeof pointer, "%s/%s", object->pointer,
+                 is_shell ? "shell/mesh" : "mesh");
         bool own_color = is_shell ? spec->shell.base.has_color : spec->mesh.has_color;
         enum status status =
             mesh_acquire(caches->meshes, is_shell ? &spec->shell.mesh : &spec->mesh.mesh,
