@@ -37,7 +37,12 @@ constexpr int stripe_pixels = 1 << 20; // 1 M pixels a stripe: 16 MB of RGBA flo
 int refuse(char *message, size_t bytes, const std::string &text) {
     if (bytes)
         std::snprintf(message, bytes, "%s", text.c_str());
-    return -1;
+    return IMAGE_REFUSED;
+}
+
+int no_memory(char *message, size_t bytes, const std::string &what) {
+    refuse(message, bytes, "no memory for " + what);
+    return IMAGE_OUT_OF_MEMORY;
 }
 
 // The first line of what the library says; the others advise whoever runs it.
@@ -227,7 +232,7 @@ int decode_checked(const unsigned char *data, size_t bytes, image_pixels *image,
     std::unique_ptr<float, decltype(&std::free)> pixels(
         static_cast<float *>(std::calloc(count, sizeof(float))), std::free);
     if (!pixels)
-        return refuse(message, message_bytes, "no memory for the " + name + " image");
+        return no_memory(message, message_bytes, "the " + name + " image");
     // Some readers go on after an error and give what they have; here half an image is none.
     bool complete = read_stripes(*input, spec, channels, pixels.get()) && !input->has_error();
     if (!complete)
@@ -264,7 +269,7 @@ int encode_checked(const float *rgba, int width, int height, unsigned char **dat
     const std::vector<unsigned char> &buffer = memory.buffer();
     unsigned char *copy = static_cast<unsigned char *>(std::malloc(buffer.size()));
     if (!copy)
-        return refuse(message, message_bytes, "no memory for the OpenEXR file");
+        return no_memory(message, message_bytes, "the OpenEXR file");
     std::memcpy(copy, buffer.data(), buffer.size());
     *data = copy;
     *bytes = buffer.size();
@@ -276,7 +281,10 @@ template <typename Call> int guarded(Call call, char *message, size_t message_by
     try {
         return call();
     } catch (const std::bad_alloc &) {
-        return refuse(message, message_bytes, "the image needs more memory than there is");
+        // Not through no_memory(): a std::string would need some.
+        if (message_bytes)
+            std::snprintf(message, message_bytes, "no memory for the image");
+        return IMAGE_OUT_OF_MEMORY;
     } catch (const std::exception &e) {
         return refuse(message, message_bytes, std::string("the image library failed: ") + e.what());
     } catch (...) {

@@ -13,6 +13,9 @@ extern "C" {
 
 enum { IMAGE_SIDE_MAX = 16384, IMAGE_PIXELS_MAX = 64 * 1024 * 1024 };
 
+/* What the functions return besides 0. */
+enum { IMAGE_REFUSED = -1, IMAGE_OUT_OF_MEMORY = -2 };
+
 struct image_pixels {
     int width, height, channels; /* as decoded */
     float *data;                 /* width * height * channels, top row first; malloc'ed */
@@ -21,7 +24,7 @@ struct image_pixels {
 };
 
 /* A table, so that a module needs one symbol (`pelt_image_module`). Every function returns 0 on
- * success, else writes a message of at most message_bytes. */
+ * success, else one of the above and writes a message of at most message_bytes. */
 struct image_module {
     /* Decodes all channels to float: integers as value / maximum, without any colour transform. */
     int (*decode)(const unsigned char *data, size_t bytes, struct image_pixels *image,

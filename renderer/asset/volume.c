@@ -214,9 +214,12 @@ static enum status content_key(const struct scene_material *spec, const struct i
         memcpy(text.image[0], images->height.sha256, 32);
     if (images->has_color)
         memcpy(text.image[1], images->color.sha256, 32);
-    if (gnutls_hash_fast(GNUTLS_DIG_SHA256, &text, sizeof text, key) != 0)
-        return error_fault(err, STATUS_INTERNAL, NULL, "SHA-256 failed");
-    return STATUS_OK;
+    int result = gnutls_hash_fast(GNUTLS_DIG_SHA256, &text, sizeof text, key);
+    if (result == 0)
+        return STATUS_OK;
+    return error_fault(err,
+                       result == GNUTLS_E_MEMORY_ERROR ? STATUS_OUT_OF_MEMORY : STATUS_INTERNAL,
+                       NULL, "SHA-256 failed: %s", gnutls_strerror(result));
 }
 
 static enum status make_voxels(const struct scene_material *spec, const struct images *images,

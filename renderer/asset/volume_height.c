@@ -67,8 +67,9 @@ static struct taps *make_taps(int source, int target) {
 /* What the samples of an image mean, and how many of its channels are wanted. */
 struct reading {
     const struct image_pixels *image;
-    int channels;           /* 1: heights; COLOR_CHANNELS: colours */
-    const float *linear_of; /* 256 entries, for 8-bit sRGB; else NULL */
+    int channels;     /* 1: heights; COLOR_CHANNELS: colours */
+    float *linear_of; /* of each sRGB value of 8 or 16 bits; else NULL */
+    float value_max;  /* the table's last index */
 };
 
 static float linear_from_srgb(float v) {
@@ -82,7 +83,7 @@ static float read_sample(const struct reading *reading, const float *pixel, int 
     if (reading->channels == 1)
         return value;
     if (reading->linear_of)
-        return reading->linear_of[(int)(value * 255.0f + 0.5f)];
+        return reading->linear_of[(int)(value * reading->value_max + 0.5f)];
     return image->is_float ? fmaxf(value, 0.0f) : linear_from_srgb(value);
 }
 
@@ -133,7 +134,10 @@ static enum status decode_image(const struct asset_bytes *bytes, const char *poi
     if (!module)
         return err && err->status != STATUS_OK ? err->status : STATUS_IO_ERROR;
     char message[512];
-    if (module->decode(bytes->data, bytes->size, image, message, sizeof message) != 0)
+    int result = module->decode(bytes->data, bytes->size, image, message, sizeof message);
+    if (result == IMAGE_OUT_OF_MEMORY)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "%s", message);
+    if (result != 0)
         return image_fault(err, pointer, member, message);
     size_t count = (size_t)image->width * (size_t)image->height * (size_t)image->channels;
     for (size_t i = 0; image->is_float && i < count; i++)
@@ -163,12 +167,16 @@ static enum status make_colors(const struct scene_material *spec, const struct a
     enum status status = decode_image(bytes, pointer, "color", &image, err);
     if (status != STATUS_OK)
         return status;
-    float linear_of[256];
-    for (int i = 0; i < 256; i++)
-        linear_of[i] = linear_from_srgb((float)i / 255.0f);
-    bool table = image.bits == 8 && !image.is_float;
-    struct reading reading = {&image, COLOR_CHANNELS, table ? linear_of : NULL};
+    struct reading reading = {.image = &image, .channels = COLOR_CHANNELS};
+    if (!image.is_float && image.bits <= 16) {
+        int last = (1 << image.bits) - 1;
+        reading.value_max = (float)last;
+        reading.linear_of = malloc(((size_t)last + 1) * sizeof *reading.linear_of);
+        for (int i = 0; reading.linear_of && i <= last; i++)
+            reading.linear_of[i] = linear_from_srgb((float)i / reading.value_max);
+    } /* without a table it takes longer, and comes to the same */
     *colors = resample(&reading, size[0], size[1]);
+    free(reading.linear_of);
     free(image.data);
     return *colors ? STATUS_OK
                    : error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for colours");
@@ -224,7 +232,7 @@ enum status volume_make_height(const struct scene_material *spec, const struct a
             volume->size[i] = side[i] < VOLUME_SIDE_MAX ? side[i] : VOLUME_SIDE_MAX;
     if (volume->size[2] == 0)
         volume->size[2] = DEFAULT_DEPTH;
-    struct reading reading = {&image, 1, NULL};
+    struct reading reading = {.image = &image, .channels = 1};
     float *heights = resample(&reading, volume->size[0], volume->size[1]), *colors = NULL;
     free(image.data);
     if (!heights) {
