@@ -29,9 +29,9 @@ order = numpy.argsort(distance, 1)
 near, next_near = (numpy.take_along_axis(distance, order[:, k:k + 1], 1)[:, 0] for k in (0, 1))
 stone = order[:, 0]
 
-# How far inside the stone, 0 at the gap between two: a dome of quarter-circle section.
+# How far inside the stone, 0 at the gap between two: a dome that meets the gap at a finite slope.
 inside = numpy.clip((next_near - near) * CELLS / 0.9, 0, 1)
-dome = numpy.sqrt(1 - (1 - inside) ** 2)
+dome = inside * (2 - inside)
 height = dome * tops[stone]
 gap = numpy.array([0.10, 0.09, 0.08])
 mix = numpy.clip(inside * 6, 0, 1)[:, None]
