@@ -1,3 +1,4 @@
+/* Framing: see camera.h. */
 #include "renderer/camera.h"
 
 #include <math.h>

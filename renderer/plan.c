@@ -1,3 +1,4 @@
+/* The plan and its words: see plan.h. A scene is asked only about what it holds. */
 #include "renderer/plan.h"
 
 #include <math.h>

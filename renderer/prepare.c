@@ -1,3 +1,4 @@
+/* Objects made ready: see prepare.h. */
 #include "renderer/prepare.h"
 
 #include <math.h>

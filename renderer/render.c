@@ -17,6 +17,7 @@
 #include "renderer/asset/module.h"
 #include "renderer/gl/clock.h"
 #include "renderer/gl/context.h"
+#include "renderer/gl/resolve.h"
 #include "renderer/gl/target.h"
 #include "renderer/path/surface.h"
 #include "renderer/plan.h"
@@ -38,7 +39,6 @@ struct renderer {
     struct surface_pass *surface;
     void *path_state[PATHS_MAX]; /* made when a path is first used */
     struct gl_target samples, picture;
-    GLuint empty_array; /* for the full-screen triangle, which needs no buffer */
     char cpu[128];
     int threads;
 };
@@ -87,8 +87,6 @@ enum status renderer_create(const struct renderer_options *options, struct rende
             error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the renderer's caches");
         goto fail;
     }
-    glCreateVertexArrays(1, &renderer->empty_array);
-    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE); /* depths reach the buffer as they are */
     describe_cpu(renderer);
     *out = renderer;
     return STATUS_OK;
@@ -107,7 +105,6 @@ void renderer_destroy(struct renderer *renderer) {
         bake_cache_destroy(renderer->textures);
         gl_target_finish(&renderer->samples);
         gl_target_finish(&renderer->picture);
-        glDeleteVertexArrays(1, &renderer->empty_array);
         gl_programs_destroy(renderer->programs);
     }
     volume_cache_destroy(renderer->caches.volumes);
@@ -177,14 +174,7 @@ static void report_renderer(const struct renderer *renderer, struct report *repo
 
 static enum status draw(struct renderer *renderer, const struct plan *plan, void *state,
                         struct picture *picture, struct error *err) {
-    glBindFramebuffer(GL_FRAMEBUFFER, renderer->samples.framebuffer);
-    glViewport(0, 0, renderer->samples.width, renderer->samples.height);
-    static const float nothing[4] = {0, 0, 0, 0}, far_away = 0;
-    glClearNamedFramebufferfv(renderer->samples.framebuffer, GL_COLOR, 0, nothing);
-    if (plan->surface || plan->solid) {
-        glDepthMask(GL_TRUE);
-        glClearNamedFramebufferfv(renderer->samples.framebuffer, GL_DEPTH, 0, &far_away);
-    }
+    gl_target_begin(&renderer->samples);
     enum status status = STATUS_OK;
     if (plan->surface)
         status = surface_pass_draw(renderer->surface, picture, err);
@@ -193,31 +183,6 @@ static enum status draw(struct renderer *renderer, const struct plan *plan, void
     if (status == STATUS_OK && plan->media)
         status = plan->path->draw_media(state, picture, err);
     return status;
-}
-
-/* Box mean over the background, and the pixels. */
-static enum status read_picture(struct renderer *renderer, const struct scene *scene, int k,
-                                struct picture *picture, float *pixels, struct error *err) {
-    GLuint program;
-    enum status status =
-        gl_programs_get(renderer->programs, GL_PROGRAM_RESOLVE, 0, &program, &picture->cold, err);
-    if (status != STATUS_OK)
-        return status;
-    glBindFramebuffer(GL_FRAMEBUFFER, renderer->picture.framebuffer);
-    glViewport(0, 0, renderer->picture.width, renderer->picture.height);
-    glDisable(GL_DEPTH_TEST);
-    glDisable(GL_BLEND);
-    glUseProgram(program);
-    const double *background = scene->image.background;
-    float premultiplied[4];
-    for (int i = 0; i < 4; i++)
-        premultiplied[i] = (float)(background[i] * (i < 3 ? background[3] : 1));
-    glProgramUniform1i(program, 0, k);
-    glProgramUniform4fv(program, 1, 1, premultiplied);
-    glBindTextureUnit(BINDING_SAMPLES, renderer->samples.color);
-    glBindVertexArray(renderer->empty_array);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    return gl_target_read(&renderer->picture, pixels, err);
 }
 
 /* A pixel that is no number is a fault of Pelt's or of what it was given: it is drawn as nothing,
@@ -348,7 +313,10 @@ enum status renderer_render(struct renderer *renderer, const struct scene *scene
     if ((status = draw(renderer, &plan, state, &picture, err)) != STATUS_OK)
         goto done;
     stage_clock_next(&clock, REPORT_STAGE_readback, true);
-    status = read_picture(renderer, &report->resolved, plan.k, &picture, result->pixels, err);
+    status = gl_resolve(renderer->programs, &renderer->samples, plan.k,
+                        report->resolved.image.background, &renderer->picture, &picture.cold, err);
+    if (status == STATUS_OK)
+        status = gl_target_read(&renderer->picture, result->pixels, err);
     if (status == STATUS_OK)
         check_finite(result);
     stage_clock_stop(&clock, true);

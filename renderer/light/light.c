@@ -1,3 +1,4 @@
+/* Lights of a scene to those of the shaders: see light.h. */
 #include "renderer/light/light.h"
 
 #include <math.h>

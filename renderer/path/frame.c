@@ -1,3 +1,4 @@
+/* See frame.h; everything is rounded to fp32 here and nowhere before. */
 #include "renderer/path/frame.h"
 
 #include <math.h>

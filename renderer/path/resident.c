@@ -1,3 +1,4 @@
+/* See resident.h. Lists are short (one entry a mesh or shell in use): searched from the front. */
 #include "renderer/path/resident.h"
 
 #include <stdlib.h>

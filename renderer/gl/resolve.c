@@ -1,0 +1,43 @@
+/* The last pass of every picture. shaders/resolve.frag says what a sample holds. */
+#include "renderer/gl/resolve.h"
+
+#include "renderer/gl/context.h"
+#include "shaders/interface.h"
+
+void gl_target_begin(const struct gl_target *target) {
+    static const float nothing[4] = {0, 0, 0, 0}, far_away = 0;
+    /* Depths reach the buffer as the shaders give them, in [0, 1]. */
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
+    glViewport(0, 0, target->width, target->height);
+    glClearNamedFramebufferfv(target->framebuffer, GL_COLOR, 0, nothing);
+    if (target->depth) {
+        glDepthMask(GL_TRUE);
+        glClearNamedFramebufferfv(target->framebuffer, GL_DEPTH, 0, &far_away);
+    }
+}
+
+enum status gl_resolve(struct gl_programs *programs, const struct gl_target *samples, int k,
+                       const double background[4], const struct gl_target *picture, bool *compiled,
+                       struct error *err) {
+    GLuint program, array;
+    enum status status = gl_programs_get(programs, GL_PROGRAM_RESOLVE, 0, &program, compiled, err);
+    if (status != STATUS_OK)
+        return status;
+    float premultiplied[4];
+    for (int i = 0; i < 4; i++)
+        premultiplied[i] = (float)(background[i] * (i < 3 ? background[3] : 1));
+    glBindFramebuffer(GL_FRAMEBUFFER, picture->framebuffer);
+    glViewport(0, 0, picture->width, picture->height);
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    glUseProgram(program);
+    glProgramUniform1i(program, 0, k);
+    glProgramUniform4fv(program, 1, 1, premultiplied);
+    glBindTextureUnit(BINDING_SAMPLES, samples->color);
+    glCreateVertexArrays(1, &array); /* empty: the triangle comes from no buffer */
+    glBindVertexArray(array);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glDeleteVertexArrays(1, &array);
+    return gl_check("resolving the samples", err);
+}
