@@ -32,6 +32,7 @@ using OIIO::ImageSpec;
 using OIIO::TypeDesc;
 
 constexpr int channels_max = 4;
+constexpr uint64_t exr_tile_max = 2048;
 constexpr int stripe_pixels = 1 << 20; // 1 M pixels a stripe: 16 MB of RGBA floats
 
 int refuse(char *message, size_t bytes, const std::string &text) {
@@ -119,6 +120,70 @@ bool png_is_whole(const unsigned char *data, size_t bytes) {
     return false;
 }
 
+int32_t exr_int(const unsigned char *p) {
+    return (int32_t)little(p, 4);
+}
+
+// One attribute of an OpenEXR header, if it decides how much memory the reader takes on opening.
+std::string exr_attribute_fault(const std::string &name, const unsigned char *value, size_t bytes) {
+    if (name == "dataWindow" || name == "displayWindow") {
+        if (bytes != 16)
+            return "OpenEXR image with a damaged " + name;
+        int64_t width = (int64_t)exr_int(value + 8) - exr_int(value) + 1;
+        int64_t height = (int64_t)exr_int(value + 12) - exr_int(value + 4) + 1;
+        return dimension_fault("OpenEXR", width < 0 ? 0 : (uint64_t)width,
+                               height < 0 ? 0 : (uint64_t)height);
+    }
+    if (name == "tiles") {
+        uint64_t width = bytes == 9 ? little(value, 4) : 0,
+                 height = width ? little(value + 4, 4) : 0;
+        if (width < 16 || height < 16 || width > exr_tile_max || height > exr_tile_max)
+            return "OpenEXR image in tiles of " + std::to_string(width) + " x " +
+                   std::to_string(height) + " pixels; from 16 to " + std::to_string(exr_tile_max) +
+                   " a side can be read";
+    }
+    if (name == "type") {
+        std::string type(reinterpret_cast<const char *>(value), bytes);
+        if (type != "scanlineimage" && type != "tiledimage")
+            return "OpenEXR image of another type than scan lines or tiles";
+    }
+    return "";
+}
+
+// OpenEXR makes its table of lines or tiles when it opens a file, from the header alone: 50 bytes
+// can ask for gigabytes. So the header is walked first: magic, version with flags, then name, type,
+// size and value of each attribute, and an empty name.
+std::string exr_fault(const unsigned char *data, size_t bytes) {
+    const std::string damaged = "OpenEXR image whose header is cut short or damaged";
+    constexpr uint64_t deep = 0x800, multipart = 0x1000;
+    if (bytes < 8)
+        return damaged;
+    if (little(data + 4, 4) & (deep | multipart))
+        return "OpenEXR image of several parts or with depth: only one flat part can be read";
+    size_t at = 8;
+    while (at < bytes && data[at]) {
+        std::string words[2]; // name, type
+        for (std::string &word : words) {
+            const void *end = std::memchr(data + at, 0, bytes - at);
+            if (!end)
+                return damaged;
+            word = reinterpret_cast<const char *>(data + at);
+            at += word.size() + 1;
+        }
+        if (bytes - at < 4)
+            return damaged;
+        uint64_t size = little(data + at, 4);
+        if (size > bytes - at - 4)
+            return damaged;
+        at += 4;
+        std::string fault = exr_attribute_fault(words[0], data + at, (size_t)size);
+        if (!fault.empty())
+            return fault;
+        at += (size_t)size;
+    }
+    return at < bytes ? "" : damaged;
+}
+
 // What the raw header says, where it can be read without a decoder; "" if nothing speaks against
 // it.
 std::string header_fault(const Format &format, const unsigned char *data, size_t bytes) {
@@ -138,6 +203,8 @@ std::string header_fault(const Format &format, const unsigned char *data, size_t
             fault = "PNG image that is cut short or damaged";
         return fault;
     }
+    if (reader == "openexr")
+        return exr_fault(data, bytes);
     if (reader == "gif") {
         if (bytes < 10)
             return "GIF image without its header";
@@ -220,7 +287,7 @@ int decode_checked(const unsigned char *data, size_t bytes, image_pixels *image,
         fault = name + " image with depth: only flat images can be read";
     if (fault.empty() && spec.nchannels < 1)
         fault = name + " image without channels";
-    if (fault.empty() && spec.tile_width &&
+    if (fault.empty() && spec.tile_width && // TIFF: OpenEXR's were checked in exr_fault()
         ((uint64_t)spec.tile_width > IMAGE_SIDE_MAX || (uint64_t)spec.tile_height > IMAGE_SIDE_MAX))
         fault = name + " image in tiles of " + std::to_string(spec.tile_width) + " x " +
                 std::to_string(spec.tile_height) + " pixels";

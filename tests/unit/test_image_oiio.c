@@ -83,6 +83,7 @@ static void every_format_is_read(void **state) {
     check_halves(module(state), "good.gif", 8, 0, 0);
     check_halves(module(state), "good.webp", 8, 0, 0);
     check_halves(module(state), "good.hdr", 32, 1, 0);
+    check_halves(module(state), "good.exr", 16, 1, 0);
     check_halves(module(state), "good_alpha.png", 8, 0, 0); /* not multiplied by its alpha of 0.2 */
 }
 
@@ -145,6 +146,13 @@ static void messages_name_the_fault(void **state) {
         {"bad_lying.png", "lies"},
         {"bad_lying_a_little.png", "cut short"},
         {"bad_cut_short.jpg", "cut short"},
+        {"bad_100000_wide.exr", "100000 x 100000"},
+        {"bad_2_billion_high.exr", "1 x 2147483647"},
+        {"bad_no_width.exr", "empty"},
+        {"bad_tiles_of_one.exr", "tiles of 1 x 1"},
+        {"bad_tiles_too_large.exr", "tiles of 1073741824"},
+        {"bad_deep.exr", "one flat part"},
+        {"bad_cut_in_header.exr", "header is cut short"},
         {"bad_text.png", "not an image"},
         {"bad_empty.png", "empty"},
         {"bad_targa.tga", "not an image"},
@@ -162,8 +170,8 @@ static void messages_name_the_fault(void **state) {
 /* Every good file with one byte changed, and cut at every length: read or refused, never a crash.
  * (The readers' own faults are contained by the worker; this guards the shim.) */
 static void damaged_files_do_no_harm(void **state) {
-    static const char *names[] = {"good_8.png", "good.tif", "good.gif",   "good.webp",
-                                  "good.hdr",   "good.jpg", "grey_16.png"};
+    static const char *names[] = {"good_8.png", "good.tif", "good.gif", "good.webp",
+                                  "good.hdr",   "good.jpg", "good.exr", "grey_16.png"};
     /* The sanitizer clears every byte that a lying header asks for. */
     size_t step = getenv("PELT_TEST_SHORT") ? 7 : 1;
     int refused = 0, tried = 0;
