@@ -53,6 +53,8 @@ def main():
     lines = [head]
     for name, schema in components().items():
         text = json.dumps(schema, indent=2, ensure_ascii=False).replace("\n", "\n    ")
+        # YAML 1.1, which many still read, takes 1e-09 for a text; 1.0e-09 it does not.
+        text = re.sub(r'^( *(?:"\w+": )?-?\d+)e(?=[-+]?\d+,?$)', r"\1.0e", text, flags=re.M)
         lines.append(f"    {name}: {text}\n")
     new = "".join(lines)
     if sys.argv[1:] != ["--check"]:

@@ -1,0 +1,129 @@
+#!/usr/bin/python3
+"""The daemon keeps to the OpenAPI document that it serves: every reply's status, media type, headers
+and body are those that the document gives for the request. Needs python3-yaml and python3-jsonschema."""
+
+import json
+import re
+import sys
+
+try:
+    import jsonschema
+    import yaml
+except ImportError as missing:
+    print(f"python3-yaml or python3-jsonschema is not installed: {missing}")
+    sys.exit(77)
+
+from harness import Daemon, SHELL, SMALL, main, multipart, scene
+
+LATER = scene(lights=[{"shadow": True}], target={"max_error": 0.1})
+FORM, FORM_BODY = multipart([("scene", SMALL)])
+JSON = {"Content-Type": "application/json"}
+
+
+def post(path, document, accept="image/png", **headers):
+    body = document if isinstance(document, (str, bytes)) else json.dumps(document)
+    return "POST", path, body, {**JSON, "Accept": accept, **headers}
+
+
+REQUESTS = [
+    (200, post("/v1/render", SMALL)),
+    (200, post("/v1/render", SMALL, "*/*")),
+    (200, post("/v1/render", SMALL, "image/x-exr")),
+    (200, post("/v1/render", SMALL, "application/json")),
+    (200, ("POST", "/v1/render", FORM_BODY, {"Content-Type": FORM})),
+    (200, post("/v1/plan", SMALL, "application/json")),
+    (200, ("GET", "/v1/capabilities", None, {})),
+    (200, ("GET", "/livez", None, {})),
+    (200, ("GET", "/readyz", None, {})),
+    (200, ("GET", "/metrics", None, {})),
+    (200, ("GET", "/openapi.yaml", None, {})),
+    (400, post("/v1/render", "")),
+    (400, post("/v1/render", '{"objects": [NaN, ]}')),
+    (405, ("GET", "/v1/render", None, {})),
+    (405, ("POST", "/livez", b"", {})),
+    (406, post("/v1/render", SMALL, "image/tiff")),
+    (413, post("/v1/render", " " * (1 << 20) + json.dumps(SMALL))),
+    (415, ("POST", "/v1/render", json.dumps(SMALL), {"Content-Type": "text/plain"})),
+    (422, post("/v1/render", {"objects": [{"mesh": {"shape": "cube"}}, {}], "x": 1})),
+    (422, post("/v1/render", {"objects": [{"mesh": {"asset": "none.glb"}}]})),
+    (422, post("/v1/plan", scene(side=8192, samples=16), "application/json")),
+    (501, post("/v1/render", LATER)),
+    (501, post("/v1/plan", {"objects": [{**SHELL, "path": "gdm"}]}, "application/json")),
+]
+
+
+def resolve(document, value):
+    while "$ref" in value:
+        target = document
+        for step in value["$ref"][2:].split("/"):
+            target = target[step.replace("~1", "/").replace("~0", "~")]
+        value = target
+    return value
+
+
+def check(document, request, reply):
+    """Raises where the reply is none that the document allows."""
+    method, path = request[0].lower(), request[1]
+    operations = document["paths"][path]
+    # A method that is not there is answered as the resource's own operation says.
+    operation = operations.get(method) or next(iter(operations.values()))
+    responses = operation["responses"]
+    assert str(reply.status) in responses, f"{reply.status} is not documented"
+    response = resolve(document, responses[str(reply.status)])
+    for name, header in response.get("headers", {}).items():
+        header = resolve(document, header)
+        value = reply.headers.get(name)
+        assert value or not header.get("required"), f"no {name}"
+        if value and header["schema"].get("type") == "integer":
+            jsonschema.validate(int(value), header["schema"])
+    kind = reply.headers["Content-Type"]
+    media = response["content"].get(kind)
+    assert media, f"Content-Type {kind} is not documented"
+    if "json" in kind:
+        # The whole document, so that references resolve.
+        schema = {**media["schema"], "components": document["components"]}
+        jsonschema.Draft202012Validator(schema).validate(reply.json())
+    if reply.status >= 400:
+        assert kind == "application/problem+json"
+        problem = reply.json()
+        assert problem["status"] == reply.status
+        assert problem["request_id"] == reply.headers["X-Request-Id"]
+        types = document["info"]["description"]
+        assert re.search(rf"\| `{problem['type']}` \| {reply.status} \|", types), problem["type"]
+
+
+def test_every_reply_is_documented():
+    with Daemon("--workers", "1") as daemon:
+        served = daemon.get("/openapi.yaml").body.decode()
+        with open("api/openapi.yaml") as file:
+            assert served == file.read()
+        document = yaml.safe_load(served)
+        asked = set()
+        for status, request in REQUESTS:
+            reply = daemon.request(*request)
+            what = f"{request[0]} {request[1]} {str(request[2])[:80]}"
+            assert reply.status == status, (what, reply.status, reply.body[:300])
+            try:
+                check(document, request, reply)
+            except Exception as error:
+                raise AssertionError(f"{what}: {reply.status}") from error
+            asked.add(request[1])
+        assert asked == set(document["paths"]), asked ^ set(document["paths"])
+
+
+def test_pointers_of_every_fault():
+    with Daemon("--workers", "1") as daemon:
+        reply = daemon.post({"image": {"width": 0}, "objects": [{"mesh": {"shape": "cube"}}, {}],
+                             "unknown": 1, "camera": {"eye": [0, 0, 0]}})
+        assert reply.status == 422 and reply.slug() == "invalid-scene", reply.body
+        assert {error["pointer"] for error in reply.json()["errors"]} == {
+            "/image/width", "/objects/0/mesh/shape", "/objects/1", "/unknown", "/camera"}, reply.body
+        reply = daemon.post(LATER)
+        assert reply.status == 501 and reply.slug() == "not-implemented", reply.body
+        assert {error["pointer"] for error in reply.json()["errors"]} == {
+            "/lights/0/shadow", "/target/max_error"}, reply.body
+        daemon.check_good()
+
+
+if __name__ == "__main__":
+    main(globals())
