@@ -4,6 +4,7 @@
 #include "service/capabilities.h"
 
 #include <jansson.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,15 +23,23 @@ static const char *state_of(const char *json) {
     return state;
 }
 
-/* An array of {"name", "state"} for `names`, each put between `before` and `after`. */
-static json_t *states(const char *before, const char *after, const char *const *names) {
+/* What is asked about, and how a scene says it; `said` NULL: as its name in quotes. */
+struct question {
+    const char *name, *said;
+};
+
+/* An array of {"name", "state"}: each question put between `before` and `after`. */
+static json_t *states(const char *before, const char *after, const struct question *questions) {
     char json[512];
     json_t *rows = json_array();
-    for (; *names; names++) {
-        int n = snprintf(json, sizeof json, "%s%s%s", before, *names, after);
+    for (; questions->name; questions++) {
+        const char *quote = questions->said ? "" : "\"";
+        int n = snprintf(json, sizeof json, "%s%s%s%s%s", before, quote,
+                         questions->said ? questions->said : questions->name, quote, after);
         const char *state = n > 0 && (size_t)n < sizeof json ? state_of(json) : NULL;
         if (state)
-            json_array_append_new(rows, json_pack("{s:s, s:s}", "name", *names, "state", state));
+            json_array_append_new(rows,
+                                  json_pack("{s:s, s:s}", "name", questions->name, "state", state));
     }
     return rows;
 }
@@ -52,40 +61,72 @@ static json_t *types(void) {
     return list;
 }
 
+static json_t *limits_of(const struct http_options *options, const struct supervisor_view *view) {
+    return json_pack("{s:i, s:i, s:i, s:I, s:i, s:i, s:i, s:f, s:f}", "scene_bytes",
+                     SCENE_BYTES_MAX, "scene_depth", SCENE_DEPTH_MAX, "image_side",
+                     SCENE_IMAGE_SIDE_MAX, "body_bytes", (json_int_t)options->body_bytes_max,
+                     "assets", JOB_ASSETS_MAX, "queue", view->queue_limit, "workers", view->workers,
+                     "timeout_ms", options->timeout_ms, "receive_timeout_ms", options->receive_ms);
+}
+
+#define SHELL_OF(mesh) "{\"objects\":[{\"shell\":{\"mesh\":{\"shape\":" mesh
+#define MATERIAL_OF    "},\"material\":{"
+
+/* One array of the document: what is asked, and the least scene around each question. */
+static const struct subject {
+    const char *member, *before, *after;
+    struct question questions[16]; /* ends with a row of NULLs */
+} subjects[] = {
+    {"paths",
+     SHELL_OF("\"sphere\"") MATERIAL_OF "\"builtin\":\"fur\"}},\"path\":",
+     "}]}",
+     {{"tetra", NULL},
+      {"slicing", NULL},
+      {"gdm", NULL},
+      {"distance", NULL},
+      {"frusta", NULL},
+      {"auto", NULL}}},
+    {"materials",
+     SHELL_OF("\"sphere\"") MATERIAL_OF "\"builtin\":",
+     "}}}]}",
+     {{"homogeneous", NULL},
+      {"fur", NULL},
+      {"clouds", NULL},
+      {"fog", NULL},
+      {"weave", NULL},
+      {"chain", NULL},
+      {"rocks", NULL},
+      {"trees", NULL},
+      {"grate", NULL},
+      {"scales", NULL},
+      {"bark", NULL}}},
+    {"material_sources",
+     SHELL_OF("\"sphere\"") MATERIAL_OF,
+     "}}}]}",
+     {{"volume", "\"volume\":\"a\""},
+      {"height", "\"height\":\"a\""},
+      {"geometry", "\"geometry\":{\"asset\":\"a\"}"}}},
+    {"shapes",
+     SHELL_OF(""),
+     MATERIAL_OF "\"builtin\":\"fur\"}}}]}",
+     {{"plane", NULL},
+      {"sphere", NULL},
+      {"torus", NULL},
+      {"cylinder", NULL},
+      {"terrain", NULL},
+      {"teapot", NULL}}},
+};
+
 char *capabilities_write(const struct http_options *options, const struct supervisor_view *view) {
-    static const char *const paths[] = {"tetra",  "slicing", "gdm", "distance",
-                                        "frusta", "auto",    NULL};
-    static const char *const materials[] = {"homogeneous", "fur",    "clouds", "fog",
-                                            "weave",       "chain",  "rocks",  "trees",
-                                            "grate",       "scales", "bark",   NULL};
-    static const char *const sources[] = {"\"volume\":\"a\"", "\"height\":\"a\"",
-                                          "\"geometry\":{\"asset\":\"a\"}", NULL};
-    static const char *const shapes[] = {"plane",   "sphere", "torus", "cylinder",
-                                         "terrain", "teapot", NULL};
-    json_t *root = json_pack(
-        "{s:{s:s}, s:o, s:o, s:o, s:o, s:o, s:o, s:{s:i, s:i, s:i, s:I, s:i, s:i, s:i, s:f, s:f}}",
-        "build", "version", PELT_VERSION, //
-        "renderer", backend_of(view),     //
-        "media_types", types(),           //
-        "paths",
-        states("{\"objects\":[{\"shell\":{\"mesh\":{\"shape\":\"sphere\"},"
-               "\"material\":{\"builtin\":\"fur\"}},\"path\":\"",
-               "\"}]}", paths),
-        "materials",
-        states("{\"objects\":[{\"shell\":{\"mesh\":{\"shape\":\"sphere\"},"
-               "\"material\":{\"builtin\":\"",
-               "\"}}}]}", materials),
-        "material_sources",
-        states("{\"objects\":[{\"shell\":{\"mesh\":{\"shape\":\"sphere\"},\"material\":{", "}}}]}",
-               sources),
-        "shapes",
-        states("{\"objects\":[{\"shell\":{\"mesh\":{\"shape\":\"",
-               "\"},\"material\":{\"builtin\":\"fur\"}}}]}", shapes),
-        "limits", "scene_bytes", SCENE_BYTES_MAX, "scene_depth", SCENE_DEPTH_MAX, "image_side",
-        SCENE_IMAGE_SIDE_MAX, "body_bytes", (json_int_t)options->body_bytes_max, "assets",
-        JOB_ASSETS_MAX, "queue", view->queue_limit, "workers", view->workers, "timeout_ms",
-        options->timeout_ms, "receive_timeout_ms", options->receive_ms);
-    char *text = root ? json_dumps(root, JSON_COMPACT) : NULL;
+    json_t *root = json_pack("{s:{s:s}, s:o, s:o}", "build", "version", PELT_VERSION, "renderer",
+                             backend_of(view), "media_types", types());
+    bool complete = root != NULL;
+    for (size_t i = 0; i < sizeof subjects / sizeof *subjects && complete; i++)
+        complete = json_object_set_new(
+                       root, subjects[i].member,
+                       states(subjects[i].before, subjects[i].after, subjects[i].questions)) == 0;
+    complete = complete && json_object_set_new(root, "limits", limits_of(options, view)) == 0;
+    char *text = complete ? json_dumps(root, JSON_COMPACT) : NULL;
     json_decref(root);
     return text;
 }

@@ -8,7 +8,6 @@
 
 #include "api/problem_write.h"
 #include "service/monotonic.h"
-#include "service/request_id.h"
 
 /* A reply may take 30 s and then a second for every 64 KB: slower clients hold memory for nothing.
  */
@@ -71,6 +70,8 @@ bool connections_enter(struct connections *connections, struct connection *conne
     if (alive) {
         connection->fresh = connection->fresh && phase != CONNECTION_SENDING;
         connection->phase = phase;
+        if (phase == CONNECTION_IDLE || phase == CONNECTION_RECEIVING)
+            connection->request_id[0] = 0;
         connection->phase_since_ms = now;
         switch (phase) {
         case CONNECTION_IDLE:
@@ -95,9 +96,10 @@ bool connections_enter(struct connections *connections, struct connection *conne
  * takes it whole or the client is past helping. */
 static void cut(struct connections *connections, struct connection *connection, enum status status,
                 const char *text) {
-    char id[REQUEST_ID_BYTES], head[512];
+    char *id = connection->request_id, head[512];
     struct error err = {0};
-    request_id_make(id);
+    if (!*id)
+        request_id_make(id);
     error_fault(&err, status, NULL, "%s", text);
     char *body = problem_write(&err, id);
     error_clear(&err);
@@ -116,6 +118,7 @@ static void cut(struct connections *connections, struct connection *connection, 
     free(body);
     log_event(connections->log, LOG_INFO, "request cut off", LOG_TEXT("id", id),
               LOG_NUMBER("status", status_http(status)));
+    connection->cut_status = status_http(status);
     shut(connection);
 }
 
@@ -125,6 +128,20 @@ void connections_cut(struct connections *connections, struct connection *connect
     if (!connection->cut)
         cut(connections, connection, status, text);
     pthread_mutex_unlock(&connections->lock);
+}
+
+void connections_name(struct connections *connections, struct connection *connection,
+                      const char id[REQUEST_ID_BYTES]) {
+    pthread_mutex_lock(&connections->lock);
+    memcpy(connection->request_id, id, REQUEST_ID_BYTES);
+    pthread_mutex_unlock(&connections->lock);
+}
+
+int connections_cut_status(struct connections *connections, struct connection *connection) {
+    pthread_mutex_lock(&connections->lock);
+    int status = connection->cut_status;
+    pthread_mutex_unlock(&connections->lock);
+    return status;
 }
 
 void connections_expire(struct connections *connections, double now_ms) {

@@ -13,6 +13,7 @@
 #include "api/status.h"
 #include "service/log.h"
 #include "service/metrics.h"
+#include "service/request_id.h"
 
 enum connection_phase {
     CONNECTION_IDLE,      /* nothing of a request has been parsed */
@@ -27,6 +28,8 @@ struct connection {
     enum connection_phase phase;
     bool fresh;                         /* no request was completed on it */
     bool cut;                           /* shut down by us */
+    int cut_status;                     /* HTTP status that it was told then; 0: none */
+    char request_id[REQUEST_ID_BYTES];  /* of the request that is arriving; "": not known yet */
     double phase_since_ms, deadline_ms; /* monotonic; INFINITY: none */
 };
 
@@ -60,6 +63,13 @@ bool connections_enter(struct connections *connections, struct connection *conne
  * still arriving, to which libmicrohttpd cannot reply. */
 void connections_cut(struct connections *connections, struct connection *connection,
                      enum status status, const char *text);
+
+/* The request that arrives is called this from now on. */
+void connections_name(struct connections *connections, struct connection *connection,
+                      const char id[REQUEST_ID_BYTES]);
+
+/* The HTTP status with which the connection was cut; 0: it was not. */
+int connections_cut_status(struct connections *connections, struct connection *connection);
 
 /* Cuts whatever is past its deadline. Main thread. */
 void connections_expire(struct connections *connections, double now_ms);

@@ -127,6 +127,7 @@ static enum MHD_Result handle_head(struct request *request, const char *path, co
     if (!request_id_take(request->id, MHD_lookup_connection_value(request->mhd, MHD_HEADER_KIND,
                                                                   "X-Request-Id")))
         request_id_make(request->id);
+    connections_name(&request->http->connections, request->connection, request->id);
     if (framing.content_lengths > 1 || framing.transfer_encodings > 1 ||
         (framing.transfer_encodings && (framing.content_lengths || !framing.chunked))) {
         error_fault(&request->error, STATUS_BAD_REQUEST, NULL,
@@ -147,7 +148,6 @@ static enum MHD_Result handle_body(struct request *request, const char *data, si
     struct http *http = request->http;
     request->body_bytes += bytes;
     if (request->body_bytes > http->options.body_bytes_max) { /* chunked: not announced */
-        request->http_status = (unsigned)status_http(STATUS_SCENE_TOO_LARGE);
         connections_cut(&http->connections, request->connection, STATUS_SCENE_TOO_LARGE,
                         "the request's body is larger than this server accepts");
         return MHD_NO;
@@ -234,6 +234,9 @@ static void request_ends(void *user, struct MHD_Connection *mhd, void **context,
         return;
     double ms = monotonic_ms() - request->begun_ms;
     bool whole = why == MHD_REQUEST_TERMINATED_COMPLETED_OK;
+    if (request->http_status == 0)
+        request->http_status =
+            (unsigned)connections_cut_status(&http->connections, request->connection);
     if (request->head_read) {
         request_count(request);
         log_event(http->parts.log, LOG_INFO, whole ? "request" : "request broken off",

@@ -73,6 +73,7 @@ enum status queue_submit(struct queue *queue, struct job *job, bool ahead) {
     struct epoll_event watch = {.events = EPOLLRDHUP | EPOLLONESHOT,
                                 .data.u64 = queue->tag | job->id};
     if (queue->closed) {
+        job->retry_after_s = 1; /* another server, or this one's successor */
         status = error_fault(&job->error, STATUS_SHUTTING_DOWN, NULL, "the server was stopped");
     } else if (!ahead && queue->length >= queue->limit) {
         job->retry_after_s = retry_after_s(queue);

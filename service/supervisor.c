@@ -184,6 +184,7 @@ enum status supervisor_submit(struct supervisor *supervisor, struct job *job) {
     if (canary) {
         struct supervisor_view view;
         supervisor_view(supervisor, &view);
+        job->retry_after_s = 1;
         if (view.idle == 0)
             return error_fault(&job->error, STATUS_QUEUE_FULL, NULL, "no worker is idle");
     }

@@ -43,6 +43,8 @@ typedef enum worker_state action(struct workers *workers, struct worker *worker,
 
 void workers_fail_job(struct workers *workers, struct job *job, enum status status,
                       const char *text) {
+    if (status == STATUS_SHUTTING_DOWN)
+        job->retry_after_s = 1;
     error_fault(&job->error, status, NULL, "%s", text);
     queue_end_job(workers->queue, job);
 }

@@ -166,10 +166,13 @@ def test_lengths_that_lie():
             b"Content-Length: %d\r\n\r\n")
     with Daemon("--workers", "1", "--receive-timeout-ms", "500") as daemon:
         longer = daemon.connect()  # announces more than it sends, and waits
-        longer.sendall(head % (len(body) + 1) + body)
+        longer.sendall(head.replace(b"Host", b"X-Request-Id: slow\r\nHost") % (len(body) + 1) +
+                       body)
         answer = read_reply(longer)
         expect(daemon, answer, 408, "request-timeout")
-        assert answer.headers["X-Request-Id"] and answer.headers["Server-Timing"]
+        assert answer.headers["X-Request-Id"] == answer.json()["request_id"] == "slow"
+        assert answer.headers["Server-Timing"].startswith("total;dur=")
+        assert daemon.metric('pelt_requests_total{resource="render",status="408"}') == 1
         assert longer.recv(1) == b""
         shorter = daemon.connect()  # the rest is taken for another request, and refused
         shorter.sendall(head % (len(body) - 1) + body)

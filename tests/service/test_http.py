@@ -34,7 +34,7 @@ def test_every_reply_has_its_headers():
     with Daemon("--workers", "1") as daemon:
         for method, path, status in [
                 ("GET", "/livez", 200), ("HEAD", "/livez", 200), ("GET", "/readyz", 200),
-                ("GET", "/metrics", 200),
+                ("GET", "/metrics", 200), ("GET", "/openapi.yaml", 200),
                 ("GET", "/v1/capabilities", 200), ("HEAD", "/v1/capabilities", 200),
                 ("GET", "/", 404), ("GET", "/v1/render/", 404), ("POST", "/v1/jobs", 404),
                 ("GET", "/v1/render", 405), ("DELETE", "/v1/plan", 405), ("POST", "/livez", 405),
