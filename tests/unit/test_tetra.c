@@ -277,6 +277,36 @@ static void test_no_holes(void **state) {
         fail_msg("the chord through the shell is off by %.3f", worst);
 }
 
+/* Within a step extinction and colour are taken at its middle: the error against the path's own
+ * limit falls with the second order of the number of steps. */
+static void test_convergence(void **state) {
+    (void)state;
+    static const char scene[] =
+        "{'image': {'width': 64, 'height': 64, 'samples': 1}, 'camera': {'eye': [0, -3, 2.2], "
+        "'target': [0, 0, 0]}, 'objects': [{'shell': {'mesh': {'shape': 'torus', 'divisions': [40, "
+        "20]}, 'thickness': 0.12, 'tiles': [12, 6], 'material': {'builtin': 'clouds', 'size': [16, "
+        "16, 8]}}, 'path': 'tetra', 'quality': {'samples': %d}}]}";
+    struct render_result limit, result;
+    assert_int_equal(support_draw(renderer, &limit, scene, 256), STATUS_OK);
+    double error[3];
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(support_draw(renderer, &result, scene, 8 << i), STATUS_OK);
+        double sum = 0, touched = 0;
+        for (int p = 0; p < 64 * 64; p++) {
+            touched += limit.pixels[4 * p + 3] > 0;
+            for (int c = 0; c < 4; c++)
+                sum += pow(result.pixels[4 * p + c] - limit.pixels[4 * p + c], 2);
+        }
+        error[i] = sqrt(sum / (4 * touched));
+        render_result_finish(&result);
+    }
+    render_result_finish(&limit);
+    double order = log2(error[0] / error[2]) / 2;
+    print_message("RMSE %.2e %.2e %.2e with 8, 16, 32 steps: order %.2f\n", error[0], error[1],
+                  error[2], order);
+    assert_true(order > 1.6 && error[2] < 4e-3);
+}
+
 /* Nothing anywhere, and a medium that is opaque to the last bit. */
 static void test_extremes(void **state) {
     (void)state;
@@ -315,6 +345,7 @@ int main(void) {
         cmocka_unit_test(test_two_shells),
         cmocka_unit_test(test_no_holes),
         cmocka_unit_test(test_extremes),
+        cmocka_unit_test(test_convergence),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);
 }
