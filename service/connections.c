@@ -1,3 +1,4 @@
+/* Open connections and their absolute deadlines: connections.h says why. */
 #include "service/connections.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* The life of a job; job.h says who owns it when. */
 #include "service/job.h"
 
 #include <stdlib.h>

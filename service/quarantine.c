@@ -1,3 +1,5 @@
+/* A small table with the oldest entry replaced; quarantine.h says what is refused, and for how
+ * long. */
 #include "service/quarantine.h"
 
 #include <signal.h>

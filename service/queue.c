@@ -1,3 +1,4 @@
+/* The queue as a list under one lock; queue.h says who watches the clients that wait in it. */
 #include "service/queue.h"
 
 #include <errno.h>

@@ -1,3 +1,4 @@
+/* Headers, Server-Timing and problem documents of every reply. */
 #include "service/reply.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* Names of requests: taken from the client where they are plain, else made from random bytes. */
 #include "service/request_id.h"
 
 #include <stdio.h>

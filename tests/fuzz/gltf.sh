@@ -6,6 +6,7 @@ build=${1:-build} seconds=${2:-60}
 [ -e /usr/include/nlohmann/json.hpp ] || { echo "install nlohmann-json3-dev"; exit 1; }
 dir=$build/fuzz/gltf
 mkdir -p "$dir/corpus" "$dir/seeds" "$dir/found"
+# shellcheck disable=SC2054 # the commas are the compiler's
 flags=(-I. -I/usr/include/nlohmann -D_GNU_SOURCE -O1 -g -ffp-contract=off
     -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined)
 objects=()

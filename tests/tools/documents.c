@@ -22,8 +22,7 @@ static void read_scene(struct arena *arena, struct scene *scene, const char *jso
 static void print_reports(void) {
     struct arena arena = {0};
     static struct report report;
-    read_scene(&arena, &report.resolved,
-               "{\"objects\": [{\"mesh\": {\"shape\": \"plane\"}}]}");
+    read_scene(&arena, &report.resolved, "{\"objects\": [{\"mesh\": {\"shape\": \"plane\"}}]}");
     print("report", report_write(&report));
 
     /* Everything at its fullest, with texts that are too long or not UTF-8. */
