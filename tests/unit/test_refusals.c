@@ -69,6 +69,8 @@ static const struct {
      SKELETON("[[1, 0]]")},
     {REFUSAL_PICTURE_COST, LEAST(", \"image\": {\"width\": 8192, \"height\": 1, \"samples\": 9}"),
      "/image", LEAST(", \"image\": {\"width\": 8192, \"height\": 1, \"samples\": 4}")},
+    {REFUSAL_PICTURE_COST, LEAST(", \"image\": {\"width\": 1, \"height\": 8192, \"samples\": 9}"),
+     "/image", LEAST(", \"image\": {\"width\": 1, \"height\": 8192, \"samples\": 4}")},
     {REFUSAL_PICTURE_COST,
      LEAST(", \"image\": {\"width\": 4097, \"height\": 4096, \"samples\": 4}"), "/image",
      LEAST(", \"image\": {\"width\": 4096, \"height\": 4096, \"samples\": 4}")},
