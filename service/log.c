@@ -11,6 +11,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "api/json_utf8.h"
+
 enum { LINE_MAX_BYTES = 2048 };
 
 struct line {
@@ -32,20 +34,26 @@ static void line_add(struct line *line, const char *format, ...) {
     line->length += (size_t)n < room ? (size_t)n : room - 1;
 }
 
-/* A JSON string; also the form of a text field, where it is always quoted. Bytes past ASCII pass
- * through: what is logged has been checked to be UTF-8 or comes from Pelt. */
+/* A JSON string; also the form of a text field, where it is always quoted. What is no UTF-8 (a path
+ * may hold any byte) becomes U+FFFD, so that a line is always well-formed. */
 static void line_add_quoted(struct line *line, const char *text) {
+    size_t left = strlen(text);
     line_add(line, "\"");
-    for (; *text; text++) {
+    /* Stops in time for the closing quote, brace and newline. */
+    while (left > 0 && line->length < sizeof line->text - 64) {
         unsigned char c = (unsigned char)*text;
-        if (c == '"' || c == '\\')
+        size_t length = json_utf8_length(text, left);
+        if (length == 0)
+            line_add(line, "\\ufffd");
+        else if (c == '"' || c == '\\')
             line_add(line, "\\%c", c);
         else if (c < 0x20 || c == 0x7f)
             line_add(line, "\\u%04x", c);
         else
-            line_add(line, "%c", c);
-        if (line->length > sizeof line->text - 64)
-            break; /* leaves room for the closing quote, brace and newline */
+            line_add(line, "%.*s", (int)length, text);
+        length += length == 0;
+        text += length;
+        left -= length;
     }
     line_add(line, "\"");
 }

@@ -98,11 +98,11 @@ def test_systemd_is_told():
 
 def test_json_log():
     with Daemon("--workers", "1", "--log", "json") as daemon:
-        daemon.request("GET", '/a"b%0a\\')
+        daemon.request("GET", '/a"b%0a\\%ff%c3%a9')
         daemon.until(lambda: '"status":404' in daemon.log(), "the request is logged")
-        rows = [json.loads(line) for line in daemon.log().splitlines()]
+        rows = [json.loads(line) for line in daemon.log().split("\n") if line]
         told = [row for row in rows if row["event"] == "request"][0]
-        assert told["path"] == '/a"b\n\\' and told["level"] == "info", told
+        assert told["path"] == '/a"b\n\\\ufffd\xe9' and told["level"] == "info", told
 
 
 main(globals())
