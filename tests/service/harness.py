@@ -36,6 +36,16 @@ LONG = scene(side=768, samples=1)       # a second or more of drawing
 ENDLESS = scene(side=2048, samples=16)  # minutes of it
 
 
+def sanitizer_options():
+    """For sanitized builds: a signal sent by a test must end a worker as it would any other, and
+    what libraries leak is passed over."""
+    asan = os.environ.get("ASAN_OPTIONS", "")
+    known = os.path.join(os.path.dirname(__file__), "..", "asan.supp")
+    return {"ASAN_OPTIONS": asan + ":handle_segv=0:handle_abort=0",
+            "LSAN_OPTIONS": os.environ.get("LSAN_OPTIONS",
+                                           f"suppressions={known}:print_suppressions=0")}
+
+
 class Reply:
     def __init__(self, status, headers, body):
         self.status, self.headers, self.body = status, headers, body
@@ -56,7 +66,7 @@ class Daemon:
         self.process = subprocess.Popen(
             [PELT, "serve", "--listen", "127.0.0.1:0", *arguments],
             stdout=subprocess.PIPE, stderr=self.log_file, stdin=subprocess.DEVNULL,
-            env={**os.environ, **(environment or {})})
+            env={**os.environ, **sanitizer_options(), **(environment or {})})
         line = self.process.stdout.readline().decode()
         found = re.fullmatch(r"pelt: listening on http://(127\.0\.0\.1):(\d+)\n", line)
         if not found:
