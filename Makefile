@@ -172,7 +172,7 @@ generate: $(BUILD)/tests/tools/scene_schema $(BUILD)/tests/tools/scene_docs ## r
 fuzz: ## feed the reader and the shims with mutations for a minute each
 	@tests/fuzz/run $(BUILD)
 
-DOCS := README.md CHANGELOG.md LICENSE
+DOCS := README.md CHANGELOG.md LICENSE api/SCENE.md
 
 install: all ## install under $(DESTDIR)$(PREFIX)
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(LIBDIR)/pelt $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/assets

@@ -1,4 +1,4 @@
-/* SHA-256 by GnuTLS, in the three calls that the rest of the service uses. */
+/* SHA-256 by GnuTLS, in the few calls that the rest of the service uses. */
 #include "service/digest.h"
 
 #include <gnutls/crypto.h>
