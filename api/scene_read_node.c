@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "api/scene_reader.h"
+#include "api/spelling.h"
 
 enum { NAMES_BYTES = 256 };
 
@@ -101,6 +102,28 @@ static bool is_key(enum scene_node node, const char *name) {
     return false;
 }
 
+/* Names a member of this node that is spelt nearly so, if there is one. Only for faults that are
+ * kept: a text full of unknown names shall not cost their spelling. */
+static void fault_unknown(struct reader *reader, enum scene_node node, uint64_t bit,
+                          const char *name) {
+    const char *meant = NULL;
+    size_t nearest = 3;
+    for (size_t i = 0; i < scene_member_count && reader->err->fault_count < ERROR_FAULTS_MAX; i++) {
+        const struct member *member = &scene_members[i];
+        if (member->node != node || (bit && !member_active(member, bit)))
+            continue;
+        size_t distance = spelling_distance(name, member->name);
+        if (distance < nearest && 2 * distance < strlen(member->name)) {
+            nearest = distance;
+            meant = member->name;
+        }
+    }
+    if (meant)
+        reader_fault(reader, "unknown member; is `%s` meant?", meant);
+    else
+        reader_fault(reader, "unknown member");
+}
+
 /* Faults for the members that have no place here. The keys of alternatives were judged before. */
 static void refuse_strangers(struct reader *reader, enum scene_node node, json_t *json,
                              size_t chosen, const char *chosen_key) {
@@ -122,7 +145,7 @@ static void refuse_strangers(struct reader *reader, enum scene_node node, json_t
             continue;
         size_t mark = json_path_enter_name(&reader->path, name);
         if (!known)
-            reader_fault(reader, "unknown member");
+            fault_unknown(reader, node, bit, name);
         else if (chosen_key && scene_alternatives[chosen].value)
             reader_fault(reader, "does not belong to %s `%s`", chosen_key,
                          scene_alternatives[chosen].value);

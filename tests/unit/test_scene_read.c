@@ -140,7 +140,7 @@ static void every_fault_is_told(void **state) {
         const char *pointer, *text;
     } wanted[] = {
         {"/image/width", "at least 1, is 0"},
-        {"/image/heigth", "unknown"},
+        {"/image/heigth", "unknown member; is `height` meant?"},
         {"/image/samples", "square"},
         {"/image/background", "4 elements, has 3"},
         {"/image/background/0", "NaN"},
