@@ -69,6 +69,15 @@ static int version_main(int argc, char **argv) {
     return 0;
 }
 
+/* What was printed counts only if it arrived: a full disk behind the standard output is a failure.
+ */
+static int finish(int code) {
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return code;
+    fputs("pelt: the standard output cannot be written\n", stderr);
+    return code ? code : status_exit_code(STATUS_IO_ERROR);
+}
+
 int main(int argc, char **argv) {
     if (argc < 2) {
         fputs("pelt: which command? `pelt help` lists them\n", stderr);
@@ -81,7 +90,7 @@ int main(int argc, char **argv) {
         name = "version";
     for (size_t i = 0; i < sizeof commands / sizeof *commands; i++)
         if (strcmp(name, commands[i].name) == 0)
-            return commands[i].run(argc - 1, argv + 1);
+            return finish(commands[i].run(argc - 1, argv + 1));
     fprintf(stderr, "pelt: no command named %s; `pelt help` lists them\n", name);
     return status_exit_code(STATUS_USAGE);
 }

@@ -80,6 +80,7 @@ static int parse_options(int argc, char **argv, struct options *options) {
                                          CLI_GL_OPTIONS,
                                          {0}};
     *options = (struct options){.gl.device = -1};
+    opterr = 0; /* it would name the program "render" */
     int option;
     while ((option = getopt_long(argc, argv, "o:hqv", rows, NULL)) != -1) {
         bool good = true;
@@ -122,7 +123,7 @@ static int parse_options(int argc, char **argv, struct options *options) {
             good = cli_gl_option(option, optarg, &options->gl);
             break;
         default:
-            return status_exit_code(STATUS_USAGE); /* getopt has said what is wrong */
+            return cli_usage("render", "%s is not an option, or lacks its value", argv[optind - 1]);
         }
         if (!good)
             return cli_usage("render", "%s is not a value of %s", optarg, argv[optind - 2]);
@@ -133,6 +134,10 @@ static int parse_options(int argc, char **argv, struct options *options) {
 static int check_options(int scene_count, struct options *options) {
     if (scene_count == 0)
         return cli_usage("render", "which scene?");
+    if (options->report && strcmp(options->report, "-") == 0) {
+        options->report = NULL;
+        options->json = true;
+    }
     if ((options->output != NULL) == (options->out_dir != NULL))
         return cli_usage("render", "where to? one of -o and --out-dir");
     if (scene_count > 1 && (options->output || options->report))

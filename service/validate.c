@@ -44,13 +44,14 @@ int validate_main(int argc, char **argv) {
                                          {0}};
     bool drawable = false, quiet = false;
     int option;
+    opterr = 0; /* it would name the program after the command */
     while ((option = getopt_long(argc, argv, "hq", rows, NULL)) != -1) {
         if (option == 'h') {
             fputs(validate_usage, stdout);
             return 0;
         }
         if (option == '?')
-            return status_exit_code(STATUS_USAGE);
+            return cli_usage("validate", "%s is not an option", argv[optind - 1]);
         drawable |= option == 'd';
         quiet |= option == 'q';
     }
@@ -115,13 +116,14 @@ int plan_main(int argc, char **argv) {
     const char *folder = NULL;
     bool json = false;
     int option;
+    opterr = 0; /* it would name the program after the command */
     while ((option = getopt_long(argc, argv, "h", rows, NULL)) != -1) {
         if (option == 'h') {
             fputs(plan_usage, stdout);
             return 0;
         }
         if (option == '?')
-            return status_exit_code(STATUS_USAGE);
+            return cli_usage("plan", "%s is not an option, or lacks its value", argv[optind - 1]);
         if (option == 'a')
             folder = optarg;
         else if (option == 'j')

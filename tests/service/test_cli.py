@@ -141,6 +141,10 @@ class Cli(unittest.TestCase):
         self.refused(2, "which command", *())
         self.refused(2, "no command", "draw")
         self.refused(2, "which scene", "render", "-o", out)
+        self.refused(2, "pelt render: --fast is not an option", "render", scene, "--fast")
+        self.refused(2, "pelt render: -o is not an option, or lacks", "render", scene, "-o")
+        self.refused(2, "pelt validate: --fast", "validate", scene, "--fast")
+        self.refused(2, "pelt plan: --assets", "plan", scene, "--assets")
         self.refused(2, "where to", "render", scene)
         self.refused(2, "where to", "render", scene, "-o", out, "--out-dir", self.path("d"))
         self.refused(2, "--format", "render", scene, "-o", self.path("a.gif"))
@@ -156,6 +160,13 @@ class Cli(unittest.TestCase):
     def test_what_cannot_be_written(self):
         self.refused(1, "/dev/full", "render", self.scene(), "-o", "/dev/full", "--format", "png",
                      "--quiet")
+
+    def test_a_standard_output_that_is_full(self):
+        with open("/dev/full", "w") as full:
+            run = subprocess.run([PELT, "validate", self.scene()], stdout=full,
+                                 stderr=subprocess.PIPE, timeout=60)
+        self.assertEqual(run.returncode, 1)
+        self.assertIn(b"standard output", run.stderr)
 
     def test_what_this_version_cannot_draw(self):
         scene = self.scene("s.json", dict(LEAST, target={"max_error": 0.01}))
