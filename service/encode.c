@@ -111,7 +111,6 @@ static void quantise_row(const struct srgb_table *table, const float *rgba, int 
 struct png_output {
     unsigned char *data;
     size_t bytes, capacity;
-    bool out_of_memory;
     char message[128];
 };
 
@@ -131,10 +130,8 @@ static void png_append(png_structp png, png_bytep data, size_t bytes) {
     if (output->capacity - output->bytes < bytes) {
         size_t capacity = 2 * output->capacity + bytes + 4096;
         unsigned char *grown = realloc(output->data, capacity);
-        if (!grown) {
-            output->out_of_memory = true;
+        if (!grown)
             png_error(png, "memory ran out");
-        }
         output->data = grown;
         output->capacity = capacity;
     }
@@ -193,7 +190,7 @@ enum status encode_png(const float *rgba, int width, int height, unsigned char *
         goto done;
     if (png_write_all(png, info, output, rgba, width, height, opaque, table, row))
         status = STATUS_OK;
-    else if (!output->out_of_memory)
+    else if (!strcasestr(output->message, "memory")) /* as libpng and zlib put it */
         status = STATUS_INTERNAL;
 done:
     if (status == STATUS_OK) {
