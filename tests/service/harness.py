@@ -32,7 +32,7 @@ def scene(side=32, samples=1, **members):
 
 
 SMALL = scene()
-LONG = scene(side=768, samples=1)       # a second or more of drawing
+LONG = scene(side=512, samples=1)       # a second of drawing, or so
 ENDLESS = scene(side=2048, samples=16)  # minutes of it
 
 
