@@ -3,7 +3,7 @@
  * signal handling.
  *
  * The environment gets two variables unless the caller has set them:
- * - LP_NUM_THREADS: processors / workers, at least 1. Two workers of one llvmpipe thread each
+ * - LP_NUM_THREADS: usable processors / workers, at least 1. Two workers of one llvmpipe thread each
  *   measured as fast on two cores as one worker of two.
  * - MESA_SHADER_CACHE_DIR: a `pelt` folder of the user's cache, or the service's own under systemd.
  *   A first draw costs 235 ms without it, 9 ms with it (measured). */
@@ -11,6 +11,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <sched.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdbool.h>
@@ -56,7 +57,10 @@ static int environment_make(struct environment *environment, int workers) {
         memcpy(environment->list, environ, count * sizeof *environ);
     char path[PATH_BYTES];
     if (!getenv("LP_NUM_THREADS")) {
-        long processors = sysconf(_SC_NPROCESSORS_ONLN);
+        cpu_set_t usable;
+        long processors = sched_getaffinity(0, sizeof usable, &usable) == 0
+                              ? CPU_COUNT(&usable)
+                              : sysconf(_SC_NPROCESSORS_ONLN);
         long threads = processors > workers ? processors / workers : 1;
         snprintf(environment->threads, sizeof environment->threads, "LP_NUM_THREADS=%ld", threads);
         environment->list[count++] = environment->threads;
