@@ -3,8 +3,8 @@
  * signal handling.
  *
  * The environment gets two variables unless the caller has set them:
- * - LP_NUM_THREADS: usable processors / workers, at least 1. Two workers of one llvmpipe thread each
- *   measured as fast on two cores as one worker of two.
+ * - LP_NUM_THREADS: usable processors / workers, at least 1. Two workers of one llvmpipe thread
+ *   each measured as fast on two cores as one worker of two.
  * - MESA_SHADER_CACHE_DIR: a `pelt` folder of the user's cache, or the service's own under systemd.
  *   A first draw costs 235 ms without it, 9 ms with it (measured). */
 #include "service/worker_process.h"
