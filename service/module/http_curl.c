@@ -96,6 +96,9 @@ static int post(const char *url, const char *accept, const struct http_part *par
     headers = grown;
     if ((code = curl_easy_setopt(curl, CURLOPT_URL, url)) != CURLE_OK ||
         (code = curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https")) != CURLE_OK ||
+        /* Quotes in names by a backslash: as %22, curl's default, they would be a name with %22. */
+        (code = curl_easy_setopt(curl, CURLOPT_MIME_OPTIONS, (long)CURLMIMEOPT_FORMESCAPE)) !=
+            CURLE_OK ||
         (code = curl_easy_setopt(curl, CURLOPT_MIMEPOST, mime)) != CURLE_OK ||
         (code = curl_easy_setopt(curl, CURLOPT_HTTPHEADER, headers)) != CURLE_OK ||
         (code = curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, take_body)) != CURLE_OK ||

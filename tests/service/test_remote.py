@@ -77,14 +77,29 @@ class Remote(unittest.TestCase):
     def test_a_problem_reads_as_it_does_here(self):
         here = self.render("broken.json")
         self.assertEqual(here.returncode, 4)
+        there = self.through_a_daemon("broken.json")
+        self.assertEqual((there.returncode, there.stderr), (here.returncode, here.stderr))
+        self.assertIn("/objects/0/shell/mesh/asset: ", there.stderr)
+
+    def test_assets_of_any_name_arrive(self):
+        for name in ('a"b c.glb', "\u00e9%22;x.glb", "sub/d.glb"):
+            os.makedirs(os.path.dirname(self.path(name)), exist_ok=True)
+            with open(self.path("bad.glb"), "rb") as source, open(self.path(name), "wb") as file:
+                file.write(source.read())
+            with open(self.path("named.json"), "w") as file:
+                json.dump({"objects": [{"mesh": {"asset": name}}]}, file)
+            run = self.through_a_daemon("named.json")
+            self.assertEqual(run.returncode, 4)
+            self.assertIn("cut short", run.stderr)
+
+    def through_a_daemon(self, scene):
         with subprocess.Popen([PELT, "serve", "--listen", "127.0.0.1:0", "--workers", "1"],
                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                               text=True) as daemon:
             url = re.search(r"http://\S+", daemon.stdout.readline()).group(0)
-            there = self.render("broken.json", "--server", url + "/")
+            run = self.render(scene, "--server", url + "/")
             daemon.terminate()
-        self.assertEqual((there.returncode, there.stderr), (here.returncode, here.stderr))
-        self.assertIn("/objects/0/shell/mesh/asset: ", there.stderr)
+        return run
 
     def test_a_problem_keeps_its_status(self):
         problem = {"type": "/problems/queue-full", "status": 503, "detail": "come back later",
