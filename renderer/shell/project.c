@@ -72,8 +72,8 @@ static int convex_hull(double point[][2], int count, double hull[][2]) {
     return used - 1; /* the last point repeats the first */
 }
 
-/* Moves every edge outward by OUTLINE_MARGIN. A blunt corner becomes its mitre, a sharp one is cut
- * off square a margin beyond its tip. */
+/* Moves every edge outward by OUTLINE_MARGIN. A corner becomes its mitre, unless that is longer
+ * than a sample is wide: then it is cut off square a margin beyond its tip. */
 static int enlarge(const double hull[][2], int count, double out[][2]) {
     double along[8][2];
     for (int i = 0; i < count; i++) {
@@ -89,7 +89,7 @@ static int enlarge(const double hull[][2], int count, double out[][2]) {
         const double *p = hull[i], *d1 = along[(i + count - 1) % count], *d2 = along[i];
         double n1[2] = {d1[1], -d1[0]}, n2[2] = {d2[1], -d2[0]};
         double cosine = n1[0] * n2[0] + n1[1] * n2[1];
-        if (cosine > -0.5) {
+        if (1 + cosine > 2 * OUTLINE_MARGIN * OUTLINE_MARGIN) {
             for (int k = 0; k < 2; k++)
                 out[used][k] = p[k] + OUTLINE_MARGIN * (n1[k] + n2[k]) / (1 + cosine);
             used++;
