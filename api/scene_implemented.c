@@ -24,10 +24,6 @@ static bool other_path(const struct look *look) {
     return look->object->path != SCENE_PATH_AUTO && look->object->path != SCENE_PATH_TETRA;
 }
 
-static bool order_walk(const struct look *look) {
-    return look->object->quality.order == SCENE_ORDER_WALK;
-}
-
 static bool other_traversal(const struct look *look) {
     return look->object->quality.traversal != SCENE_TRAVERSAL_FIXED;
 }
@@ -106,7 +102,6 @@ static const struct {
     {LIGHT, shadow, {"shadow"}, "shadows"},
     {OBJECT, skeleton, {"skeleton"}, "skeletons"},
     {OBJECT, other_path, {"path"}, "by this path"},
-    {OBJECT, order_walk, {"quality", "order"}, "in this order"},
     {OBJECT, other_traversal, {"quality", "traversal"}, "by this traversal"},
     {OBJECT, slices, {"quality", "slices"}, "by slicing"},
     {OBJECT, method, {"quality", "method"}, "by slicing"},

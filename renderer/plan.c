@@ -5,6 +5,25 @@
 #include <stdio.h>
 
 #include "renderer/path/surface.h"
+#include "renderer/path/walk.h"
+
+enum status plan_order(struct path_object *objects, size_t count, struct error *err) {
+    const char *why;
+    bool possible = walk_possible(objects, count, &why);
+    for (size_t i = 0; i < count; i++) {
+        struct path_object *object = &objects[i];
+        if (!object->shell || !volume_has_medium(object->volume))
+            continue;
+        enum scene_order asked = object->object->quality.order;
+        if (asked == SCENE_ORDER_WALK && !possible) {
+            char pointer[64];
+            snprintf(pointer, sizeof pointer, "%s/quality/order", object->pointer);
+            return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "cannot walk: %s", why);
+        }
+        object->walk = possible && asked != SCENE_ORDER_SORTED;
+    }
+    return STATUS_OK;
+}
 
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
                struct plan *plan) {
@@ -16,6 +35,7 @@ void plan_make(const struct scene *scene, const struct path_object *objects, siz
         plan->path = path_find(objects[i].object->path);
         plan->solid |= volume_has_solid(objects[i].volume);
         plan->media |= volume_has_medium(objects[i].volume);
+        plan->walk |= objects[i].walk;
     }
 }
 
@@ -68,8 +88,12 @@ void plan_report(const struct plan *plan, const struct scene *scene,
          "nothing opaque: no depth buffer is made and no segment is clipped at one");
     tell(report, "solid", plan->solid, "a material has a solid part",
          needs.shells ? "no material has a solid part" : no_shell);
-    tell(report, "sort", plan->media, "semi-transparent tetrahedra are drawn back to front",
-         needs.shells ? "nothing is semi-transparent: the depth test decides" : no_shell);
+    tell(report, "entries", plan->walk, "where each sample's ray enters the shell", NULL);
+    tell(report, "sort", plan->media && !plan->walk,
+         "semi-transparent tetrahedra are drawn back to front",
+         plan->walk     ? "rays walk from cell to cell, front to back"
+         : needs.shells ? "nothing is semi-transparent: the depth test decides"
+                        : no_shell);
     tell(report, "media", plan->media, "a material has a medium",
          needs.shells ? "no material has a medium" : no_shell);
     snprintf(why, sizeof why, "the mean of %d x %d samples a pixel, alpha from optical depth",

@@ -12,9 +12,15 @@ struct plan {
     const struct path *path; /* for the shells; NULL where there are none */
     bool surface;            /* opaque triangles: bases, plain meshes */
     bool solid;              /* solid parts of materials */
-    bool media;              /* semi-transparent parts: sort and blend */
+    bool media;              /* semi-transparent parts */
+    bool walk;               /* they are walked, not sorted */
     int k;                   /* samples along a pixel's side */
 };
+
+/* Decides which media are walked and which sorted (path_object.walk): as the scene asks, else
+ * walked where that is possible. STATUS_NOT_IMPLEMENTED, with its pointer, where the scene asks for
+ * a walk that is not. */
+enum status plan_order(struct path_object *objects, size_t count, struct error *err);
 
 /* `objects` are ready but for textures. */
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,

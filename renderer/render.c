@@ -150,7 +150,7 @@ static void resolve_objects(struct scene *scene, const struct prepared *prepared
             continue;
         struct scene_object *spec = &scene->objects[i];
         spec->quality.samples = object->samples;
-        spec->quality.order = SCENE_ORDER_SORTED;
+        spec->quality.order = object->walk ? SCENE_ORDER_WALK : SCENE_ORDER_SORTED;
         if (!object->volume->homogeneous)
             memcpy(spec->shell.material.size, object->volume->size,
                    sizeof spec->shell.material.size);
@@ -219,12 +219,14 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
                              report, err);
     if (status != STATUS_OK)
         return status;
-    resolve_objects(&report->resolved, prepared);
     status = prepare_views(prepared, &report->resolved, world, err);
+    if (status == STATUS_OK)
+        status = plan_order(prepared->objects, prepared->object_count, err);
     if (status != STATUS_OK) {
         prepared_finish(&renderer->caches, prepared);
         return status;
     }
+    resolve_objects(&report->resolved, prepared);
     plan_make(&report->resolved, prepared->objects, prepared->object_count, plan);
     plan_report(plan, &report->resolved, prepared->objects, prepared->object_count, report);
     return STATUS_OK;

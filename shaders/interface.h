@@ -63,8 +63,15 @@
 #define BINDING_OCCLUDER        5 /* sampler2D: depth of what is opaque */
 #define BINDING_BASE_COLOR      6
 #define BINDING_SAMPLES         7 /* sampler2D: the picture before resolving */
+#define BINDING_LINKS           8 /* usamplerBuffer: what lies across a cell's faces */
+#define BINDING_ENTRIES         9 /* usamplerBuffer: where rays enter a shell */
+#define BINDING_FIRST           10 /* usamplerBuffer: a sample's first entry */
 
 #define CELL_TEXELS 8
+#define WALK_TEXELS 6
+
+/* A face of a cell is cell << 2 | face; this is none. */
+#define LINK_NONE 0xffffffffu
 
 /* Depth of a point at the ray parameter t (eye -1, far away infinite): reversed, in (0, 1]. */
 #define DEPTH_OF_T(t) (1.0 / (2.0 + (t)))

@@ -10,24 +10,21 @@
  * out of the face, however thin the cell. Depths are taken relative to the first vertex, so a
  * segment's length is as exact as the cell is small.
  *
- * Media: dL/ds = -sigma L + sigma c, exact for a constant sigma in each step (midpoint rule, second
- * order). The paper's alpha_i = 1 - (1 - alpha_t)^(dt |V|) is the same in terms of
- * tau = -log(1 - alpha). Optical depth is summed apart from colour (blended by adding; what it lets
- * through multiplies the colour behind), so that neither thin nor thick media lose digits. */
+ * Media go through common_medium.glsl. Optical depth is summed apart from colour (blended by adding;
+ * what it lets through multiplies the colour behind), so that neither thin nor thick media lose
+ * digits. */
 #include "common_frame.glsl"
 #include "common_sample.glsl"
+#if (VARIANT & FLAG_MEDIUM) != 0
+#include "common_medium.glsl"
+#else
 #include "common_math.glsl"
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
+#endif
 
 layout(binding = BINDING_CELLS) uniform samplerBuffer cells;
-#if (VARIANT & FLAG_MEDIUM) != 0
-layout(binding = BINDING_MEDIUM) uniform sampler3D medium;
-#if (VARIANT & FLAG_LIT) != 0
-layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
-#endif
-#endif
 #if (VARIANT & FLAG_SOLID) != 0
 layout(binding = BINDING_SOLID) uniform sampler3D solid;
 #if (VARIANT & FLAG_LIT) != 0
@@ -177,38 +174,25 @@ void main() {
     at_in = at_in + all_along * ((begin - hits.h_in) / whole);
 #endif
     vec3 along = at_out - at_in;
-    /* The bound on the loop is a uniform: a count from interpolants can run away. */
-    float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
 #if (VARIANT & FLAG_LIT) != 0
     vec3 v = view_vector(p);
     mat3 to_world = normal_map(tetra);
+#else
+    vec3 v = vec3(0.0);
+    mat3 to_world = mat3(0.0);
 #endif
 
 #if (VARIANT & FLAG_MEDIUM) != 0
-    float length_scaled = span / steps * frame[FRAME_STEP].y;
-    vec3 color = vec3(0.0);
-    float tau = 0.0, left = 1.0, i = 0.5;
-    do {
-        vec3 q = at_in + along * (i / steps);
-        vec4 m = texture(medium, q); /* extinction-weighted colour, extinction */
-        vec3 source = m.rgb / max(m.a, 1.0e-30);
-#if (VARIANT & FLAG_LIT) != 0
-        vec3 gradient = texture(medium_gradient, q).xyz;
-        float g = length(gradient);
-        source = lit(source, unit(to_world * gradient), v, g / (g + 0.01));
-#endif
-        float tau_i = m.a * length_scaled;
-        float lost = left * one_minus_exp(tau_i);
-        color += lost * source;
-        left -= lost;
-        tau += tau_i;
-    } while ((i += 1.0) < steps);
-    picture = vec4(color, tau);
-    through = vec4(exp(-tau));
+    Ray ray = Ray(vec3(0.0), 0.0, 1.0);
+    march(ray, at_in, along, span, to_world, v);
+    picture = vec4(ray.color, ray.tau);
+    through = vec4(exp(-ray.tau));
 #endif
 
 #if (VARIANT & FLAG_SOLID) != 0
-    /* March to the first sample inside (s >= 1/2), entry included. */
+    /* March to the first sample inside (s >= 1/2), entry included. The bound on the loop is a
+     * uniform: a count from interpolants can run away. */
+    float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
     float s_out = texture(solid, at_in).a, s_in = s_out;
     float low = 0.0, high = 0.0, i = 0.0;
     bool found = s_in >= 0.5;

@@ -35,6 +35,7 @@ struct path_object {
     const struct baked *baked;
     struct projection projection;
     int samples; /* steps across one thickness */
+    bool walk;   /* its medium is walked, not sorted */
 };
 
 /* Everything that the passes of one picture share. */

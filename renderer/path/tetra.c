@@ -7,7 +7,9 @@
  * front, colour is multiplied by what the nearer segment lets through, and optical depths are
  * summed.)
  *
- * Left out here: filtering, shadow, and walking through neighbours instead of sorting. */
+ * Where one shell alone is semi-transparent its rays are walked instead (walk.h).
+ *
+ * Left out here: filtering and shadow. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +18,7 @@
 #include "renderer/path/frame.h"
 #include "renderer/path/path.h"
 #include "renderer/path/resident.h"
+#include "renderer/path/walk.h"
 #include "renderer/shell/sort.h"
 
 enum { DEVICE_BYTES_MAX = 512 << 20, OBJECT_NONE = -1 };
@@ -50,6 +53,7 @@ struct tetra {
     GLuint vertex_array, vertices, elements, frame_buffer;
     GLint texels_max;
     struct outlines media, solids;
+    struct walk_pass *walk;
 };
 
 static void destroy_shell(void *data) {
@@ -75,6 +79,7 @@ static void tetra_destroy(void *state) {
     glDeleteBuffers(1, &tetra->vertices);
     glDeleteBuffers(1, &tetra->elements);
     glDeleteBuffers(1, &tetra->frame_buffer);
+    walk_pass_destroy(tetra->walk);
     outlines_finish(&tetra->media);
     outlines_finish(&tetra->solids);
     free(tetra);
@@ -82,8 +87,12 @@ static void tetra_destroy(void *state) {
 
 static enum status tetra_create(void **state, struct error *err) {
     struct tetra *tetra = calloc(1, sizeof *tetra);
-    if (!tetra)
+    if (tetra)
+        tetra->walk = walk_pass_create();
+    if (!tetra || !tetra->walk) {
+        free(tetra);
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the tetra path");
+    }
     tetra->shells.bytes_max = DEVICE_BYTES_MAX;
     tetra->shells.destroy = destroy_shell;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &tetra->texels_max);
@@ -197,7 +206,7 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
     uint32_t object_of[SORT_SHELLS_MAX], count = 0;
     for (size_t i = 0; i < picture->object_count; i++) {
         struct path_object *object = &picture->objects[i];
-        if (!object->shell || !volume_has_medium(object->volume))
+        if (!object->shell || !volume_has_medium(object->volume) || object->walk)
             continue;
         if (count == SORT_SHELLS_MAX)
             return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
@@ -254,13 +263,27 @@ static enum status make_programs(const struct path_object *object, struct pictur
                                  struct error *err) {
     enum status status = STATUS_OK;
     GLuint program;
-    if (volume_has_medium(object->volume))
+    if (volume_has_medium(object->volume) && !object->walk)
         status = gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
                                  variant_of(object, picture, false), &program, &picture->cold, err);
     if (status == STATUS_OK && volume_has_solid(object->volume))
         status = gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
                                  variant_of(object, picture, true), &program, &picture->cold, err);
     return status;
+}
+
+/* The one object whose medium is walked; NULL. */
+static const struct path_object *walked(const struct picture *picture) {
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (picture->objects[i].walk)
+            return &picture->objects[i];
+    return NULL;
+}
+
+/* Whether an object is drawn cell by cell, in either draw. */
+static bool needs_cells(const struct path_object *object) {
+    return object->shell && ((volume_has_medium(object->volume) && !object->walk) ||
+                             volume_has_solid(object->volume));
 }
 
 static enum status tetra_prepare(void *state, struct picture *picture, struct error *err) {
@@ -273,6 +296,9 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
 
     stage_clock_next(picture->clock, REPORT_STAGE_sort, true);
     enum status status = sort_media(tetra, picture, err);
+    const struct path_object *walker = walked(picture);
+    if (status == STATUS_OK && walker)
+        status = walk_pass_prepare(tetra->walk, picture, walker, err);
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
         if (!object->shell || !volume_has_solid(object->volume))
@@ -293,12 +319,13 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
     stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
-        if (!object->shell ||
-            !(volume_has_medium(object->volume) || volume_has_solid(object->volume)))
+        if (!object->shell)
             continue;
-        status = upload_shell(tetra, object->shell, picture, err);
-        if (status == STATUS_OK)
-            status = make_programs(object, picture, err);
+        if (needs_cells(object)) {
+            status = upload_shell(tetra, object->shell, picture, err);
+            if (status == STATUS_OK)
+                status = make_programs(object, picture, err);
+        }
         double steps = frame_steps_needed(object);
         if (!object->volume->homogeneous && steps > PATH_STEPS_MAX)
             report_warn(picture->report, "steps-capped", object->pointer, 1, 0,
@@ -389,7 +416,9 @@ static enum status tetra_draw_media(void *state, struct picture *picture, struct
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glBlendFuncSeparate(GL_ONE, GL_SRC1_ALPHA, GL_ONE, GL_ONE);
-    enum status status = draw_outlines(tetra, picture, &tetra->media, false, err);
+    const struct path_object *walker = walked(picture);
+    enum status status = walker ? walk_pass_draw(tetra->walk, picture, walker, err)
+                                : draw_outlines(tetra, picture, &tetra->media, false, err);
     glDisable(GL_BLEND);
     glBindTextureUnit(BINDING_OCCLUDER, 0);
     return status;

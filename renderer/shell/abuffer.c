@@ -166,42 +166,54 @@ static bool relate(struct relations *relations, uint32_t front, uint32_t back) {
     return true;
 }
 
+/* The fragments of one sample, nearest first. */
+struct list {
+    struct fragment *fragment;
+    size_t count, capacity;
+};
+
+static bool gather(const struct abuffer *buffer, size_t pixel, struct list *list) {
+    list->count = 0;
+    for (uint32_t at = buffer->head[pixel]; at; at = buffer->fragment[at - 1].next) {
+        if (list->count == list->capacity) {
+            size_t capacity = list->capacity ? 2 * list->capacity : 64;
+            struct fragment *grown = realloc(list->fragment, capacity * sizeof *grown);
+            if (!grown)
+                return false;
+            list->fragment = grown;
+            list->capacity = capacity;
+        }
+        list->fragment[list->count++] = buffer->fragment[at - 1];
+    }
+    if (list->count > 32) {
+        qsort(list->fragment, list->count, sizeof *list->fragment, nearer);
+        return true;
+    }
+    for (size_t i = 1; i < list->count; i++) {
+        struct fragment moved = list->fragment[i];
+        size_t j = i;
+        for (; j > 0 && list->fragment[j - 1].key > moved.key; j--)
+            list->fragment[j] = list->fragment[j - 1];
+        list->fragment[j] = moved;
+    }
+    return true;
+}
+
 /* Samples beside one another mostly repeat the same relations: those of the last one are kept, so
  * that few repeats reach the graph. */
 enum { RECENT = 16 };
 
 enum status abuffer_relations(struct abuffer *buffer, struct relations *relations,
                               struct error *err) {
-    size_t capacity = 64;
-    struct fragment *list = malloc(capacity * sizeof *list);
+    struct list list = {0};
     uint64_t recent[RECENT];
     memset(recent, 0xff, sizeof recent);
     size_t pixels = (size_t)buffer->width * (size_t)buffer->height;
-    for (size_t pixel = 0; list && pixel < pixels; pixel++) {
-        size_t count = 0;
-        for (uint32_t at = buffer->head[pixel]; at; at = buffer->fragment[at - 1].next) {
-            if (count == capacity) {
-                struct fragment *grown = realloc(list, 2 * capacity * sizeof *list);
-                if (!grown)
-                    goto no_memory;
-                list = grown;
-                capacity *= 2;
-            }
-            list[count++] = buffer->fragment[at - 1];
-        }
-        if (count > 32) {
-            qsort(list, count, sizeof *list, nearer);
-        } else {
-            for (size_t i = 1; i < count; i++) {
-                struct fragment moved = list[i];
-                size_t j = i;
-                for (; j > 0 && list[j - 1].key > moved.key; j--)
-                    list[j] = list[j - 1];
-                list[j] = moved;
-            }
-        }
-        for (size_t i = 0, gap = 0; i + 1 < count; i++) {
-            uint32_t a = list[i].node_enters, b = list[i + 1].node_enters;
+    bool good = true;
+    for (size_t pixel = 0; good && pixel < pixels; pixel++) {
+        good = gather(buffer, pixel, &list);
+        for (size_t i = 0, gap = 0; good && i + 1 < list.count; i++) {
+            uint32_t a = list.fragment[i].node_enters, b = list.fragment[i + 1].node_enters;
             if ((a & 1) || !(b & 1) || a >> 1 == b >> 1)
                 continue;
             uint64_t pair = (uint64_t)a << 32 | b;
@@ -209,17 +221,38 @@ enum status abuffer_relations(struct abuffer *buffer, struct relations *relation
             if (*slot == pair)
                 continue;
             *slot = pair;
-            if (!relate(relations, a >> 1, b >> 1))
-                goto no_memory;
+            good = relate(relations, a >> 1, b >> 1);
         }
     }
-    if (!list)
-        goto no_memory;
-    free(list);
-    return STATUS_OK;
-no_memory:
-    free(list);
-    return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the visibility graph");
+    free(list.fragment);
+    return good
+               ? STATUS_OK
+               : error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the visibility graph");
+}
+
+enum status abuffer_entries(struct abuffer *buffer, uint32_t **first, uint32_t **entry,
+                            struct error *err) {
+    struct list list = {0};
+    size_t pixels = (size_t)buffer->width * (size_t)buffer->height, used = 0;
+    *first = malloc((pixels + 1) * sizeof **first);
+    *entry = malloc((buffer->count + 1) * sizeof **entry);
+    bool good = *first && *entry;
+    for (size_t pixel = 0; good && pixel < pixels; pixel++) {
+        (*first)[pixel] = (uint32_t)used;
+        good = gather(buffer, pixel, &list);
+        for (size_t i = 0; good && i < list.count; i++)
+            if (list.fragment[i].node_enters & 1)
+                (*entry)[used++] = list.fragment[i].node_enters >> 1;
+    }
+    free(list.fragment);
+    if (good) {
+        (*first)[pixels] = (uint32_t)used;
+        return STATUS_OK;
+    }
+    free(*first);
+    free(*entry);
+    *first = *entry = NULL;
+    return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for where rays enter");
 }
 
 void relations_finish(struct relations *relations) {

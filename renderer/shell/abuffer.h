@@ -29,4 +29,10 @@ uint64_t abuffer_fragments(const struct abuffer *buffer);
 enum status abuffer_relations(struct abuffer *buffer, struct relations *relations,
                               struct error *err);
 
+/* For each sample, bottom row first, the nodes that its ray enters, nearest first: those of sample
+ * i are entry[first[i]] to entry[first[i + 1] - 1]. Both malloc'ed, the caller's. Exits are left
+ * out. STATUS_OUT_OF_MEMORY. */
+enum status abuffer_entries(struct abuffer *buffer, uint32_t **first, uint32_t **entry,
+                            struct error *err);
+
 #endif

@@ -26,10 +26,8 @@ static double dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* > 0 where the eye lies on the tetrahedron's own side of its face k (rays leave through it), < 0
- * where it lies beyond (rays enter), 0 where the face is seen edge-on or has no area. */
-static int eye_side(const struct shell *shell, const double eye[3], bool orthographic,
-                    uint32_t tetra, int k) {
+int sort_eye_side(const struct shell *shell, const double eye[3], bool orthographic, uint32_t tetra,
+                  int k) {
     const uint32_t *vertex = shell->tetra[tetra];
     const double *p = shell->position[vertex[(k + 1) & 3]];
     const double *q = shell->position[vertex[(k + 2) & 3]];
@@ -61,7 +59,7 @@ static enum status relate_faces(struct graph *graph, uint32_t s, struct abuffer 
             uint32_t other = shell->neighbour[t][k];
             if (other != SHELL_NONE && other < t)
                 continue; /* decided from the other side */
-            int side = eye_side(shell, eye, view->orthographic, t, k);
+            int side = sort_eye_side(shell, eye, view->orthographic, t, k);
             if (side == 0)
                 continue;
             if (other == SHELL_NONE) {

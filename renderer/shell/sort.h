@@ -39,4 +39,10 @@ enum { SORT_SHELLS_MAX = 64 };
 enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_count,
                             struct sort_result *result, struct error *err);
 
+/* > 0 where the eye lies on the tetrahedron's own side of its face k (rays leave through it), < 0
+ * where it lies beyond (rays enter), 0 where the face is seen edge-on or has no area. `eye` is
+ * relative to the shell's centre; orthographic: the direction toward it. */
+int sort_eye_side(const struct shell *shell, const double eye[3], bool orthographic, uint32_t tetra,
+                  int k);
+
 #endif

@@ -20,7 +20,6 @@ static void what_is_not_drawn(void **state) {
         {ONE("{" FUR ", \"path\": \"gdm\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"distance\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"frusta\"}"), "/objects/0/path"},
-        {ONE("{" FUR ", \"quality\": {\"order\": \"walk\"}}"), "/objects/0/quality/order"},
         {ONE("{" FUR ", \"quality\": {\"traversal\": \"dda\"}}"), "/objects/0/quality/traversal"},
         {ONE("{" FUR ", \"quality\": {\"traversal\": \"adaptive\"}}"),
          "/objects/0/quality/traversal"},

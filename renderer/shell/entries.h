@@ -1,0 +1,35 @@
+/* What a walk from cell to cell needs besides the cells: where each sample's ray enters the shell,
+ * and where it stands to begin with. */
+#ifndef PELT_RENDERER_SHELL_ENTRIES_H
+#define PELT_RENDERER_SHELL_ENTRIES_H
+
+#include <stdint.h>
+
+#include "api/status.h"
+#include "renderer/shell/project.h"
+#include "renderer/shell/shell.h"
+
+struct entries {
+    uint32_t *first; /* for each sample, bottom row first, and one past the last */
+    uint32_t *entry; /* cell << 2 | face, nearest first */
+    uint64_t count;
+    uint32_t start; /* cell << 2 in which the eye stands, LINK_NONE: in none */
+};
+
+/* Draws the faces through which rays enter. `projection` must be in perspective where some vertex
+ * is behind the eye: with parallel rays each would begin in a cell of its own.
+ * STATUS_OUT_OF_MEMORY. */
+enum status entries_find(const struct shell *shell, const struct projection *projection,
+                         struct entries *entries, struct error *err);
+void entries_finish(struct entries *entries);
+
+/* A shell for walking: WALK_TEXELS texels a cell, and four links. With v_0 the first vertex
+ * relative to the centre, g_k the gradient of the barycentric coordinate lambda_k, u_k = uvw_k -
+ * uvw_0 and s the scale that brings the g_k near 1 for normals: (v_0, uvw_0.x) (g_1, uvw_0.y) (g_2,
+ * u_1.x) (g_3, u_1.y) (u_1.z, u_2) (u_3, s) link[k] is what lies across face k: cell << 2 | its
+ * face, or LINK_NONE. A cell without volume has gradients of 0: a ray passes it in no time, by
+ * whichever face is linked. Both arrays are the caller's, of tetra_count elements. */
+void entries_walk_cells(const struct shell *shell, float (*cell)[WALK_TEXELS][4],
+                        uint32_t (*link)[4]);
+
+#endif

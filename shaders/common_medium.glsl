@@ -1,0 +1,44 @@
+/* Light along a segment of a ray through voxels: dL/ds = -sigma L + sigma c, exact for a constant sigma
+ * in each step (midpoint rule, second order). Dufort et al. 2005, section 4.3: their
+ * alpha_i = 1 - (1 - alpha_t)^(dt |V|) is the same in terms of tau = -log(1 - alpha). */
+#include "common_math.glsl"
+#if (VARIANT & FLAG_LIT) != 0
+#include "common_light.glsl"
+#endif
+
+layout(binding = BINDING_MEDIUM) uniform sampler3D medium;
+#if (VARIANT & FLAG_LIT) != 0
+layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
+#endif
+
+/* What has been gathered, from the front: radiance, optical depth, and what is let through. */
+struct Ray {
+    vec3 color;
+    float tau, left;
+};
+
+/* `at_in`, `along`: texture coordinates where the segment begins, and from there to its end; `span`
+ * its length in object units; `to_world` maps gradients per voxel to world normals; `v` points toward
+ * the viewer. */
+void march(inout Ray ray, vec3 at_in, vec3 along, float span, mat3 to_world, vec3 v) {
+    /* The bound on the loop is a uniform: a count from interpolants can run away. */
+    float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
+    float length_scaled = span / steps * frame[FRAME_STEP].y, i = 0.5;
+    do {
+        vec3 q = at_in + along * (i / steps);
+        vec4 m = texture(medium, q); /* extinction-weighted colour, extinction */
+        vec3 source = m.rgb / max(m.a, 1.0e-30);
+#if (VARIANT & FLAG_LIT) != 0
+        vec3 gradient = texture(medium_gradient, q).xyz;
+        float g = length(gradient);
+        vec3 n = to_world * gradient;
+        n *= inversesqrt(max(dot(n, n), 1.0e-37));
+        source = lit(source, n, v, g / (g + 0.01));
+#endif
+        float tau_i = m.a * length_scaled;
+        float lost = ray.left * one_minus_exp(tau_i);
+        ray.color += lost * source;
+        ray.left -= lost;
+        ray.tau += tau_i;
+    } while ((i += 1.0) < steps);
+}

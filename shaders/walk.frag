@@ -1,0 +1,142 @@
+/* A whole ray through one shell: from cell to cell through shared faces, front to back, ending early
+ * where nothing more can be seen. No order is needed but that of the boundary faces through which the
+ * ray enters, which the A-buffer gives for each sample (renderer/shell/entries.h).
+ *
+ * Faces are met as planes, lambda_k(t) = a_k + b_k t, and the walk leaves a cell by the first of those
+ * that the ray is leaving (b_k < 0). A ray that has entered beside the face by rounding is at once
+ * handed on across the face that it lies beyond: it is never lost; being in one cell at a time it
+ * never counts a stretch twice; and as each stretch begins where the last ended, lengths add up. */
+#include "common_frame.glsl"
+#include "common_sample.glsl"
+#if (VARIANT & FLAG_HOMOGENEOUS) != 0
+#include "common_math.glsl"
+#else
+#include "common_medium.glsl"
+#endif
+
+layout(binding = BINDING_CELLS) uniform samplerBuffer cells;
+layout(binding = BINDING_LINKS) uniform usamplerBuffer links;     /* across each face */
+layout(binding = BINDING_ENTRIES) uniform usamplerBuffer entries; /* cell << 2 | face */
+layout(binding = BINDING_FIRST) uniform usamplerBuffer firsts;    /* a sample's first entry */
+#if (VARIANT & FLAG_OCCLUDED) != 0
+layout(binding = BINDING_OCCLUDER) uniform sampler2D occluder;
+#endif
+
+layout(location = 0) uniform uint start;  /* cell << 2 that the eye stands in, or LINK_NONE */
+layout(location = 1) uniform int width;   /* of the sample grid */
+layout(location = 2) uniform int visits;  /* most cells that a ray may see */
+
+layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
+layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
+
+/* A ray that a cell takes less than this of changes no digit that is kept. */
+#define NOTHING_LEFT 1.0e-6
+
+void leave(float a, float b, bool entered, uint link, inout float t_out, inout uint next) {
+    float t = -a / b;
+    bool first = b < 0.0 && !entered && t < t_out;
+    t_out = first ? t : t_out;
+    next = first ? link : next;
+}
+
+void main() {
+    vec2 p = sample_position();
+    vec3 origin = ray_origin(p), d = ray_direction(p);
+    float speed = length(d);
+    int sample_index = int(gl_FragCoord.y) * width + int(gl_FragCoord.x);
+    int entry = int(texelFetch(firsts, sample_index).r);
+    int last = int(texelFetch(firsts, sample_index + 1).r);
+    float t_stop = 1.0e38;
+#if (VARIANT & FLAG_OCCLUDED) != 0
+    float z = texelFetch(occluder, ivec2(gl_FragCoord.xy), 0).r;
+    t_stop = z > 0.0 ? T_OF_DEPTH(z) : t_stop;
+#endif
+#if (VARIANT & FLAG_LIT) != 0
+    vec3 v = view_vector(p);
+#else
+    vec3 v = vec3(0.0);
+#endif
+#if (VARIANT & FLAG_HOMOGENEOUS) != 0
+    float total = 0.0;
+#else
+    Ray ray = Ray(vec3(0.0), 0.0, 1.0);
+#endif
+
+    uint here = start;
+    bool walking = start != LINK_NONE;
+    float t = -1.0;
+    int visit = 0;
+    if (!walking && entry >= last)
+        discard;
+    do {
+        bool enters = !walking;
+        here = enters ? texelFetch(entries, entry).r : here;
+        entry += enters ? 1 : 0;
+        int cell = int(here >> 2), face = visit == 0 && !enters ? 4 : int(here & 3u);
+        int at = cell * WALK_TEXELS;
+        vec4 c0 = texelFetch(cells, at), c1 = texelFetch(cells, at + 1);
+        vec4 c2 = texelFetch(cells, at + 2), c3 = texelFetch(cells, at + 3);
+        uvec4 link = texelFetch(links, cell);
+
+        /* From the ray's point nearest to the first vertex, so that t is as exact as the cell is
+         * small. */
+        vec3 o = origin - c0.xyz;
+        float near = -dot(o, d) / dot(d, d);
+        o += near * d;
+        float a1 = dot(c1.xyz, o), b1 = dot(c1.xyz, d);
+        float a2 = dot(c2.xyz, o), b2 = dot(c2.xyz, d);
+        float a3 = dot(c3.xyz, o), b3 = dot(c3.xyz, d);
+        float a0 = 1.0 - a1 - a2 - a3, b0 = -b1 - b2 - b3;
+        float af = face == 0 ? a0 : face == 1 ? a1 : face == 2 ? a2 : a3;
+        float bf = face == 0 ? b0 : face == 1 ? b1 : face == 2 ? b2 : b3;
+        float t_in = enters ? max(-af / bf, -1.0 - near) : t - near;
+        float t_out = 1.0e38;
+        uint next = LINK_NONE;
+        leave(a0, b0, face == 0, link.x, t_out, next);
+        leave(a1, b1, face == 1, link.y, t_out, next);
+        leave(a2, b2, face == 2, link.z, t_out, next);
+        leave(a3, b3, face == 3, link.w, t_out, next);
+        /* No face is left only where the cell has no volume: there the ray stays where it is. */
+        t_out = t_out < 1.0e37 ? max(t_out, t_in) : t_in;
+        float t_end = max(min(t_out, t_stop - near), t_in);
+        float span = (t_end - t_in) * speed;
+
+#if (VARIANT & FLAG_HOMOGENEOUS) != 0
+        total += span;
+        bool finished = t_out >= t_stop - near;
+#else
+        vec4 c4 = texelFetch(cells, at + 4), c5 = texelFetch(cells, at + 5);
+        vec3 u1 = vec3(c2.w, c3.w, c4.x), u2 = c4.yzw, u3 = c5.xyz;
+        vec3 at_in = vec3(c0.w, c1.w, 0.0) + (a1 + t_in * b1) * u1 + (a2 + t_in * b2) * u2 +
+                     (a3 + t_in * b3) * u3;
+        vec3 along = (t_end - t_in) * (b1 * u1 + b2 * u2 + b3 * u3);
+        mat3 to_world = mat3(0.0);
+#if (VARIANT & FLAG_LIT) != 0
+        vec3 n1 = world_normal(c1.xyz * c5.w), n2 = world_normal(c2.xyz * c5.w);
+        vec3 n3 = world_normal(c3.xyz * c5.w), size = frame[FRAME_SIZE].xyz;
+        u1 *= size;
+        u2 *= size;
+        u3 *= size;
+        to_world = mat3(n1 * u1.x + n2 * u2.x + n3 * u3.x, n1 * u1.y + n2 * u2.y + n3 * u3.y,
+                        n1 * u1.z + n2 * u2.z + n3 * u3.z);
+#endif
+        march(ray, at_in, along, span, to_world, v);
+        bool finished = t_out >= t_stop - near || ray.left < NOTHING_LEFT;
+#endif
+        t = t_out + near;
+        here = next;
+        walking = next != LINK_NONE && !finished;
+        entry = finished ? last : entry;
+    } while ((walking || entry < last) && ++visit < visits);
+
+#if (VARIANT & FLAG_HOMOGENEOUS) != 0
+    float tau = frame[FRAME_CONSTANT].w * total;
+    picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
+    through = vec4(exp(-tau));
+#else
+    picture = vec4(ray.color, ray.tau);
+    through = vec4(exp(-ray.tau));
+#endif
+    /* A ray that has seen too many cells is no picture: told as such (renderer/render.c). */
+    picture = visit < visits ? picture : vec4(uintBitsToFloat(0x7fc00000u));
+}
