@@ -104,6 +104,8 @@ static enum worker_state act_start(struct workers *workers, struct worker *worke
     worker->timer_ms = monotonic_ms() + DELAY_MAX_MS;
     log_event(workers->log, LOG_ERROR, "worker not started",
               LOG_TEXT("why", err.fault_count ? err.faults[0].message : ""));
+    if (!workers->ever_ready)
+        error_move(&workers->failure, &err); /* the daemon says so and ends */
     error_clear(&err);
     return WORKER_DOWN;
 }
@@ -334,8 +336,8 @@ static enum worker_state act_exit(struct workers *workers, struct worker *worker
 }
 
 /* The behaviour. Rows: states. Columns: timer, ready, failed, done, assign, cancel, broken, exit.
- * What may come late and means nothing any more is ignored; what cannot be is `broken`, except in
- * the states without a process or a job, where the caller's asserts hold. */
+ * What may come late and means nothing any more is ignored, and so is what nobody can have sent;
+ * what a sane worker would not send is `broken`. */
 static action *const table[WORKER_STATES][WORKER_EVENTS] = {
     [WORKER_DOWN] = {act_start, act_ignore, act_ignore, act_ignore, act_ignore, act_ignore,
                      act_ignore, act_ignore},
