@@ -35,7 +35,8 @@ static const char usage[] =
     "  --json                     print the reports as JSON instead of a table\n"
     "  --quiet                    print nothing but errors\n"
     "  --verbose                  tell of each scene, also where there is no terminal\n"
-    "  --server URL               let a daemon draw (its report comes with PNG alone)\n" CLI_GL_HELP;
+    "  --server URL               let a daemon draw (its report comes with PNG "
+    "alone)\n" CLI_GL_HELP;
 
 struct options {
     const char *output, *out_dir, *report, *assets, *server;
