@@ -55,7 +55,7 @@ TEST_BIN  := $(TEST_SRC:tests/%.c=$(BUILD)/tests/%)
 BENCH_BIN := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
 TOOL_BIN  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 
-.PHONY: all tests help deps demo test check asan bench generate fuzz install uninstall clean FORCE
+.PHONY: all tests help deps demo test check asan bench stability generate fuzz install uninstall clean FORCE
 all: $(BUILD)/pelt $(MODULES) ## build build/pelt and its modules
 
 tests: all $(TEST_BIN) $(TOOL_BIN) ## build the tests
@@ -168,6 +168,9 @@ generate: $(BUILD)/tests/tools/scene_schema $(BUILD)/tests/tools/scene_docs ## r
 	$(BUILD)/tests/tools/scene_schema > api/scene.schema.json
 	$(BUILD)/tests/tools/scene_docs > api/SCENE.md
 	tests/tools/openapi_schemas.py
+
+stability: tests ## the long tests: the reference against what is known, with many points and paths
+	@tests/stability/run $(BUILD)
 
 fuzz: ## feed the reader and the shims with mutations for a minute each
 	@tests/fuzz/run $(BUILD)

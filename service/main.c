@@ -5,6 +5,7 @@
 
 #include "api/status.h"
 #include "service/doctor.h"
+#include "service/reference.h"
 #include "service/render.h"
 #include "service/serve.h"
 #include "service/worker.h"
@@ -18,6 +19,7 @@ static const struct command {
     const char *summary; /* NULL: not for people, left out of the help */
 } commands[] = {
     {"render", render_main, "draw scenes into picture files, here or by a daemon"},
+    {"reference", reference_main, "draw the truth about a scene, and tell a picture's errors"},
     {"validate", validate_main, "read scenes and name every fault, without drawing"},
     {"plan", plan_main, "say which passes a scene needs, and which are left out and why"},
     {"serve", serve_main, "answer scenes with pictures over HTTP"},

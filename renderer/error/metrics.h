@@ -1,0 +1,42 @@
+/* How far one picture is from another. On pixels alone: nothing here knows how they were drawn.
+ *
+ * Pictures are width * height * 4 floats, linear premultiplied RGBA, as renderer_render() gives
+ * them. Thread: any. */
+#ifndef PELT_RENDERER_ERROR_METRICS_H
+#define PELT_RENDERER_ERROR_METRICS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "api/status.h"
+
+/* Of all four channels of a set of pixels. The error of a pixel is the root of its channels' mean
+ * square; `rmse` is the root of the mean square over pixels and channels; `max_abs` the largest
+ * difference of any channel; `p99` the smallest pixel error that at least 99 % of the pixels do not
+ * exceed. All 0 where the set is empty. */
+struct error_figures {
+    size_t pixels;
+    double rmse, max_abs, p99;
+};
+
+struct error_metrics {
+    struct error_figures touched; /* over the pixels that any object touches */
+    struct error_figures whole;   /* over the frame */
+    size_t
+        coverage;   /* pixels whose silhouette differs: drawn on in one picture, not in the other */
+    double psnr_db; /* of the frame, for a peak of 1; infinite where nothing differs */
+    double flip;    /* mean FLIP over the frame, see flip.h */
+    size_t not_finite; /* pixels of either picture that are no numbers; each counts as an error of 1
+                          in every channel */
+};
+
+/* Compares `test` with `reference`. `touched` has a byte for each pixel, not 0 where any object
+ * touches it; NULL: wherever one of the pictures differs from `background` (straight linear RGBA,
+ * as in the scene). A pixel counts as drawn on where a channel differs from the premultiplied
+ * background by more than 1/512, half a code of 8 bits. `flip_map` receives FLIP for each pixel
+ * (width * height; may be NULL). STATUS_OUT_OF_MEMORY. */
+enum status error_compare(const float *test, const float *reference, int width, int height,
+                          const uint8_t *touched, const double background[4], float *flip_map,
+                          struct error_metrics *metrics, struct error *err);
+
+#endif

@@ -1,0 +1,46 @@
+/* Light; DESIGN, 'One truth'. Blinn 1977 for the half vector, which has no direction where a light
+ * shines straight from behind what is seen: there is no highlight then. */
+#include "renderer/reference/light.h"
+
+#include <string.h>
+
+#include "renderer/reference/vector.h"
+
+void reference_lights_init(const struct scene *scene, struct reference_lights *lights) {
+    memset(lights, 0, sizeof *lights);
+    memcpy(lights->ambient, scene->ambient, sizeof lights->ambient);
+    for (size_t k = 0; k < scene->light_count && k < SCENE_LIGHTS_MAX; k++) {
+        for (int i = 0; i < 3; i++) {
+            lights->toward[k][i] = -scene->lights[k].direction[i];
+            lights->color[k][i] = scene->lights[k].color[i];
+            lights->even[i] += scene->lights[k].color[i] / 4;
+        }
+        unit3(lights->toward[k]);
+        lights->count++;
+    }
+}
+
+void reference_light(const struct reference_lights *lights, const double color[3],
+                     const double n[3], const double v[3], double weight, double specular,
+                     double shininess, double out[3]) {
+    double diffuse[3] = {0, 0, 0}, gloss[3] = {0, 0, 0};
+    for (int k = 0; k < lights->count; k++) {
+        const double *l = lights->toward[k], *radiance = lights->color[k];
+        double cosine = fmax(0, dot3(n, l));
+        double h[3] = {l[0] + v[0], l[1] + v[1], l[2] + v[2]};
+        double highlight = 0;
+        if (specular > 0) {
+            unit3(h);
+            double c = dot3(n, h);
+            highlight = c > 0 ? pow(c, shininess) : 0;
+        }
+        for (int i = 0; i < 3; i++) {
+            diffuse[i] += radiance[i] * cosine;
+            gloss[i] += radiance[i] * highlight;
+        }
+    }
+    for (int i = 0; i < 3; i++)
+        out[i] =
+            color[i] * (lights->ambient[i] + weight * diffuse[i] + (1 - weight) * lights->even[i]) +
+            weight * specular * gloss[i];
+}

@@ -1,0 +1,77 @@
+/* One ray of the picture: what it meets, in order, and what it brings to the eye. Internal to the
+ * room; each thread has a struct tracer of its own. */
+#ifndef PELT_RENDERER_REFERENCE_TRACE_H
+#define PELT_RENDERER_REFERENCE_TRACE_H
+
+#include "renderer/reference/prism.h"
+
+/* A prism's interval with a material in it. */
+struct segment {
+    uint32_t prism; /* index into the tracer's prisms */
+    struct prism_interval span;
+};
+
+/* A part of a segment between two crossings of voxel planes: the eight voxels around it are
+ * (x, y, z) to (x + 1, y + 1, z + 1), before wrapping and clamping. */
+struct cell {
+    struct prism_interval span;
+    uint32_t segment;
+    int x, y, z;
+};
+
+/* Growing lists, kept from ray to ray. */
+struct tracer {
+    const struct world *world;
+    double tolerance;
+    enum status status; /* of the ray: STATUS_OUT_OF_MEMORY, STATUS_TOO_COMPLEX */
+
+    struct object_ray *rays; /* one for each object */
+    struct prism_ray *prisms;
+    size_t prism_count, prism_capacity;
+    struct segment *segments;
+    size_t segment_count, segment_capacity;
+    struct cell *cells;
+    size_t cell_count, cell_capacity;
+    double *breaks;
+    size_t break_count, break_capacity;
+    struct active *active;
+    size_t active_count, active_capacity;
+
+    uint64_t segments_met, cells_met, evaluations, unresolved;
+};
+
+bool tracer_init(struct tracer *tracer, const struct world *world, double tolerance);
+void tracer_finish(struct tracer *tracer);
+
+/* Makes room for one more element of `size` bytes; false, and tracer->status, where there is none.
+ */
+bool tracer_grow(struct tracer *tracer, void **list, size_t count, size_t *capacity, size_t size);
+
+/* Premultiplied linear RGBA over the background of the ray through (x, y), in pixels. Returns
+ * whether any object lies on it. */
+bool tracer_trace(struct tracer *tracer, double x, double y, double rgba[4]);
+
+/* ---- parts ---- */
+
+/* Splits a segment into cells (cells.c). */
+bool tracer_split(struct tracer *tracer, uint32_t segment);
+
+/* What is opaque at the end of a ray. */
+struct stop {
+    double t; /* INFINITY: nothing */
+    double color[3];
+};
+
+/* The nearest opaque triangle (surface.c). */
+void tracer_find_surface(struct tracer *tracer, double t_eye, const double view[3],
+                         struct stop *stop);
+
+/* The first solid surface, if it is nearer than the stop (solid.c). Cells are sorted. */
+void tracer_find_solid(struct tracer *tracer, const double view[3], struct stop *stop);
+
+/* The emission-absorption integral from t_eye to t_end over all cells (integrate.c): radiance, and
+ * the transmittance that is left. Cells are sorted. */
+bool tracer_integrate(struct tracer *tracer, double t_eye, double t_end, const double view[3],
+                      double radiance[3], double *transmittance);
+
+#endif
