@@ -33,7 +33,8 @@ def scene(side=32, samples=1, **members):
 
 SMALL = scene()
 LONG = scene(side=512, samples=1)       # a second of drawing, or so
-ENDLESS = scene(side=2048, samples=16)  # minutes of it
+# Many steps rather than many rays: these take no memory.
+ENDLESS = scene(side=1024, samples=4, objects=[{**SHELL, "quality": {"samples": 4096}}])  # minutes
 
 
 def sanitizer_options():
