@@ -7,20 +7,35 @@
 #include "renderer/path/surface.h"
 #include "renderer/path/walk.h"
 
+/* Media are mixed cell by cell where several shells may overlap, so only one of them can be walked;
+ * solids hide one another by depth. */
+static const char *several_media(const struct path_object *objects, size_t count) {
+    size_t media = 0;
+    for (size_t i = 0; i < count; i++)
+        media += objects[i].shell && volume_has_medium(objects[i].volume);
+    return media > 1 ? "several semi-transparent shells hide one another" : NULL;
+}
+
 enum status plan_order(struct path_object *objects, size_t count, struct error *err) {
-    const char *why;
-    bool possible = walk_possible(objects, count, &why);
+    const char *several = several_media(objects, count);
     for (size_t i = 0; i < count; i++) {
         struct path_object *object = &objects[i];
-        if (!object->shell || !volume_has_medium(object->volume))
+        if (!object->shell)
             continue;
+        bool medium = volume_has_medium(object->volume), solid = volume_has_solid(object->volume);
         enum scene_order asked = object->object->quality.order;
+        const char *why;
+        bool possible = walk_possible(object, &why);
+        if (medium && several) {
+            possible = false;
+            why = several;
+        }
         if (asked == SCENE_ORDER_WALK && !possible) {
             char pointer[64];
             snprintf(pointer, sizeof pointer, "%s/quality/order", object->pointer);
             return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "cannot walk: %s", why);
         }
-        object->walk = possible && asked != SCENE_ORDER_SORTED;
+        object->walk = (medium || solid) && possible && asked != SCENE_ORDER_SORTED;
     }
     return STATUS_OK;
 }
@@ -40,7 +55,7 @@ void plan_make(const struct scene *scene, const struct path_object *objects, siz
 }
 
 struct needs {
-    bool lit, specular, gradients, eye_inside, images, gltf, textures, shells, walls;
+    bool lit, specular, gradients, eye_inside, images, gltf, textures, shells, sorted;
 };
 
 static struct needs find_needs(const struct scene *scene, const struct path_object *objects,
@@ -62,7 +77,7 @@ static struct needs find_needs(const struct scene *scene, const struct path_obje
         needs.specular |= volume->lit && volume->specular > 0 && scene->light_count > 0;
         needs.eye_inside |= objects[i].projection.behind;
         needs.images |= spec->shell.material.kind == SCENE_MATERIAL_HEIGHT;
-        needs.walls |= volume_has_medium(volume);
+        needs.sorted |= volume_has_medium(volume) && !objects[i].walk;
     }
     return needs;
 }
@@ -89,9 +104,8 @@ void plan_report(const struct plan *plan, const struct scene *scene,
     tell(report, "solid", plan->solid, "a material has a solid part",
          needs.shells ? "no material has a solid part" : no_shell);
     tell(report, "entries", plan->walk, "where each sample's ray enters the shell", NULL);
-    tell(report, "sort", plan->media && !plan->walk,
-         "semi-transparent tetrahedra are drawn back to front",
-         plan->walk     ? "rays walk from cell to cell, front to back"
+    tell(report, "sort", needs.sorted, "semi-transparent tetrahedra are drawn back to front",
+         plan->media    ? "rays walk from cell to cell, front to back"
          : needs.shells ? "nothing is semi-transparent: the depth test decides"
                         : no_shell);
     tell(report, "media", plan->media, "a material has a medium",

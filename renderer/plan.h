@@ -13,13 +13,13 @@ struct plan {
     bool surface;            /* opaque triangles: bases, plain meshes */
     bool solid;              /* solid parts of materials */
     bool media;              /* semi-transparent parts */
-    bool walk;               /* they are walked, not sorted */
+    bool walk;               /* some shell is walked through */
     int k;                   /* samples along a pixel's side */
 };
 
-/* Decides which media are walked and which sorted (path_object.walk): as the scene asks, else
- * walked where that is possible. STATUS_NOT_IMPLEMENTED, with its pointer, where the scene asks for
- * a walk that is not. */
+/* Decides which shells rays walk through (path_object.walk) and of which the cells are drawn: as
+ * the scene asks, else walked wherever that is possible. STATUS_NOT_IMPLEMENTED, with its pointer,
+ * where the scene asks for a walk that is not. */
 enum status plan_order(struct path_object *objects, size_t count, struct error *err);
 
 /* `objects` are ready but for textures. */

@@ -73,6 +73,9 @@
 /* A face of a cell is cell << 2 | face; this is none. */
 #define LINK_NONE 0xffffffffu
 
+/* The bottom of a prism is the face opposite the last vertex of its first cell (shell.h). */
+#define IS_BOTTOM(cell, face) ((cell) % 3u == 0u && (face) == 3u)
+
 /* Depth of a point at the ray parameter t (eye -1, far away infinite): reversed, in (0, 1]. */
 #define DEPTH_OF_T(t) (1.0 / (2.0 + (t)))
 #define T_OF_DEPTH(z) (1.0 / (z)-2.0)

@@ -17,20 +17,13 @@
 #include "common_sample.glsl"
 #if (VARIANT & FLAG_MEDIUM) != 0
 #include "common_medium.glsl"
+#elif (VARIANT & FLAG_SOLID) != 0
+#include "common_solid.glsl"
 #else
 #include "common_math.glsl"
-#if (VARIANT & FLAG_LIT) != 0
-#include "common_light.glsl"
-#endif
 #endif
 
 layout(binding = BINDING_CELLS) uniform samplerBuffer cells;
-#if (VARIANT & FLAG_SOLID) != 0
-layout(binding = BINDING_SOLID) uniform sampler3D solid;
-#if (VARIANT & FLAG_LIT) != 0
-layout(binding = BINDING_SOLID_GRADIENT) uniform sampler3D solid_gradient;
-#endif
-#endif
 #if (VARIANT & FLAG_OCCLUDED) != 0
 layout(binding = BINDING_OCCLUDER) uniform sampler2D occluder;
 #endif
@@ -190,61 +183,23 @@ void main() {
 #endif
 
 #if (VARIANT & FLAG_SOLID) != 0
-    /* March to the first sample inside (s >= 1/2), entry included. The bound on the loop is a
-     * uniform: a count from interpolants can run away. */
-    float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
-    float s_out = texture(solid, at_in).a, s_in = s_out;
-    float low = 0.0, high = 0.0, i = 0.0;
-    bool found = s_in >= 0.5;
-    do {
-        i += 1.0;
-        float at = i / steps;
-        float s = texture(solid, at_in + along * at).a;
-        bool enters = !found && s >= 0.5;
-        low = found || enters ? low : at;
-        s_out = found || enters ? s_out : s;
-        high = enters ? at : high;
-        s_in = enters ? s : s_in;
-        found = found || enters;
-    } while (i < steps);
-    if (!found)
+    float where;
+    if (!find_solid(at_in, along, span, where))
         discard;
-    bool at_boundary = high == 0.0;
-    /* Close in: s is nearly linear within a voxel, so regula falsi with a bisection every other
-     * step gains at least half of the bracket in two, and mostly far more. */
-    int k = 0;
-    do {
-        float by_value = low + (high - low) * (0.5 - s_out) / max(s_in - s_out, 1.0e-6);
-        float middle = (k & 1) == 0 ? by_value : 0.5 * (low + high);
-        middle = clamp(middle, low, high);
-        float s = texture(solid, at_in + along * middle).a;
-        bool inside = s >= 0.5;
-        high = inside ? middle : high;
-        s_in = inside ? s : s_in;
-        low = inside ? low : middle;
-        s_out = inside ? s_out : s;
-    } while (++k < 6);
-    /* The estimate between the ends, not the inner end: that one may not have moved for long. */
-    high = low + (high - low) * clamp((0.5 - s_out) / max(s_in - s_out, 1.0e-6), 0.0, 1.0);
-    vec3 q = at_in + along * high;
-    vec4 m = texture(solid, q); /* s-weighted colour, s */
-    vec3 source = m.rgb / max(m.a, 1.0e-30);
-#if (VARIANT & FLAG_LIT) != 0
-    vec3 n = to_world * texture(solid_gradient, q).xyz;
-    /* Cut open by the shell's boundary, s need not change at all: the normal of the face entered,
-     * the one opposite the vertex whose coordinate is 0 there. */
+    /* Cut open by the shell's boundary: the face entered, the one opposite the vertex whose
+     * coordinate is 0 there. */
     vec3 lambda = hits.lambda_in;
     float lambda_0 = 1.0 - lambda.x - lambda.y - lambda.z;
     float least = min(min(lambda.x, lambda.y), min(lambda.z, lambda_0));
+    /* Entered from below, where a base lies in the same face: the base is what is seen. */
+    if (where == 0.0 && frame[FRAME_STEP].w != 0.0 && lambda.z == least && IS_BOTTOM(cell, 3u))
+        discard;
     vec3 a = lambda_0 == least ? tetra.e2 - tetra.e1 : lambda.x == least ? tetra.e2 : tetra.e1;
     vec3 b = lambda_0 == least || lambda.z != least ? tetra.e3 : tetra.e2;
     b = lambda_0 == least ? tetra.e3 - tetra.e1 : b;
-    vec3 face = world_normal(cross(a, b));
-    n = at_boundary && !(dot(n, n) > 1.0e-12) ? (dot(face, v) < 0.0 ? -face : face) : n;
-    source = lit(source, unit(n), v, 1.0);
-#endif
-    picture = vec4(source, OPAQUE_DEPTH);
-    gl_FragDepth = DEPTH_OF_T(h0 - 1.0 + begin + (end - begin) * high);
+    vec3 cut = world_normal(cross(a, b));
+    picture = vec4(shade_solid(at_in + along * where, to_world, v, where == 0.0, cut), OPAQUE_DEPTH);
+    gl_FragDepth = DEPTH_OF_T(h0 - 1.0 + begin + (end - begin) * where);
 #endif
 #endif
 }

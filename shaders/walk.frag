@@ -10,6 +10,8 @@
 #include "common_sample.glsl"
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
 #include "common_math.glsl"
+#elif (VARIANT & FLAG_SOLID) != 0
+#include "common_solid.glsl"
 #else
 #include "common_medium.glsl"
 #endif
@@ -27,16 +29,18 @@ layout(location = 1) uniform int width;   /* of the sample grid */
 layout(location = 2) uniform int visits;  /* most cells that a ray may see */
 
 layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
+#if (VARIANT & FLAG_SOLID) == 0
 layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
+#endif
 
 /* A ray that a cell takes less than this of changes no digit that is kept. */
 #define NOTHING_LEFT 1.0e-6
 
-void leave(float a, float b, bool entered, uint link, inout float t_out, inout uint next) {
+void leave(uint face, float a, float b, bool entered, inout float t_out, inout uint next_face) {
     float t = -a / b;
     bool first = b < 0.0 && !entered && t < t_out;
     t_out = first ? t : t_out;
-    next = first ? link : next;
+    next_face = first ? face : next_face;
 }
 
 void main() {
@@ -58,6 +62,11 @@ void main() {
 #endif
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float total = 0.0;
+#elif (VARIANT & FLAG_SOLID) != 0
+    bool found = false, has_base = frame[FRAME_STEP].w != 0.0;
+    bool at_boundary = false;
+    vec3 q_found = vec3(0.0), cut = vec3(0.0);
+    mat3 to_world_found = mat3(0.0);
 #else
     Ray ray = Ray(vec3(0.0), 0.0, 1.0);
 #endif
@@ -73,6 +82,9 @@ void main() {
         here = enters ? texelFetch(entries, entry).r : here;
         entry += enters ? 1 : 0;
         int cell = int(here >> 2), face = visit == 0 && !enters ? 4 : int(here & 3u);
+#if (VARIANT & FLAG_SOLID) != 0
+        bool from_boundary = enters;
+#endif
         int at = cell * WALK_TEXELS;
         vec4 c0 = texelFetch(cells, at), c1 = texelFetch(cells, at + 1);
         vec4 c2 = texelFetch(cells, at + 2), c3 = texelFetch(cells, at + 3);
@@ -91,11 +103,16 @@ void main() {
         float bf = face == 0 ? b0 : face == 1 ? b1 : face == 2 ? b2 : b3;
         float t_in = enters ? max(-af / bf, -1.0 - near) : t - near;
         float t_out = 1.0e38;
-        uint next = LINK_NONE;
-        leave(a0, b0, face == 0, link.x, t_out, next);
-        leave(a1, b1, face == 1, link.y, t_out, next);
-        leave(a2, b2, face == 2, link.z, t_out, next);
-        leave(a3, b3, face == 3, link.w, t_out, next);
+        uint next_face = 4u;
+        leave(0u, a0, b0, face == 0, t_out, next_face);
+        leave(1u, a1, b1, face == 1, t_out, next_face);
+        leave(2u, a2, b2, face == 2, t_out, next_face);
+        leave(3u, a3, b3, face == 3, t_out, next_face);
+        uint next = next_face == 0u   ? link.x
+                    : next_face == 1u ? link.y
+                    : next_face == 2u ? link.z
+                    : next_face == 3u ? link.w
+                                      : LINK_NONE;
         /* No face is left only where the cell has no volume: there the ray stays where it is. */
         t_out = t_out < 1.0e37 ? max(t_out, t_in) : t_in;
         float t_end = max(min(t_out, t_stop - near), t_in);
@@ -120,8 +137,29 @@ void main() {
         to_world = mat3(n1 * u1.x + n2 * u2.x + n3 * u3.x, n1 * u1.y + n2 * u2.y + n3 * u3.y,
                         n1 * u1.z + n2 * u2.z + n3 * u3.z);
 #endif
+#if (VARIANT & FLAG_SOLID) != 0
+        float where;
+        bool meets = find_solid(at_in, along, span, where);
+        t_out = meets ? t_in + (t_end - t_in) * where : t_out;
+        /* Kept for shading after the walk. Each is chosen between its old and its new value: what a
+         * loop overwrites in every turn and only code after it reads is, on llvmpipe 22.3, that of the
+         * last lane to leave. */
+        found = found || meets;
+        q_found = meets ? at_in + along * where : q_found;
+        to_world_found[0] = meets ? to_world[0] : to_world_found[0];
+        to_world_found[1] = meets ? to_world[1] : to_world_found[1];
+        to_world_found[2] = meets ? to_world[2] : to_world_found[2];
+        at_boundary = meets ? from_boundary && where == 0.0 : at_boundary;
+#if (VARIANT & FLAG_LIT) != 0
+        vec3 n_face = face == 0 ? n1 + n2 + n3 : -(face == 1 ? n1 : face == 2 ? n2 : n3);
+        cut = meets ? n_face : cut;
+#endif
+        /* Beneath the bottom lies the base: nothing of this shell is seen through it. */
+        bool finished = found || (has_base && IS_BOTTOM(uint(cell), next_face));
+#else
         march(ray, at_in, along, span, to_world, v);
         bool finished = t_out >= t_stop - near || ray.left < NOTHING_LEFT;
+#endif
 #endif
         t = t_out + near;
         here = next;
@@ -133,6 +171,11 @@ void main() {
     float tau = frame[FRAME_CONSTANT].w * total;
     picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
     through = vec4(exp(-tau));
+#elif (VARIANT & FLAG_SOLID) != 0
+    if (!found && visit < visits)
+        discard;
+    picture = vec4(shade_solid(q_found, to_world_found, v, at_boundary, cut), OPAQUE_DEPTH);
+    gl_FragDepth = DEPTH_OF_T(t);
 #else
     picture = vec4(ray.color, ray.tau);
     through = vec4(exp(-ray.tau));

@@ -61,6 +61,7 @@ void frame_set_shell(struct frame *frame, const struct path_object *object) {
     frame->v[FRAME_STEP][0] = (float)(object->samples / object->shell->thickness);
     frame->v[FRAME_STEP][1] = (float)(1 / object->shell->thickness);
     frame->v[FRAME_STEP][2] = (float)fmin(frame_steps_needed(object), PATH_STEPS_MAX);
+    frame->v[FRAME_STEP][3] = object->object->shell.has_base ? 1 : 0;
     for (int i = 0; i < 3; i++) {
         frame->v[FRAME_SIZE][i] = (float)volume->size[i];
         frame->v[FRAME_CONSTANT][i] = (float)volume->radiance[i];

@@ -35,7 +35,7 @@ struct path_object {
     const struct baked *baked;
     struct projection projection;
     int samples; /* steps across one thickness */
-    bool walk;   /* its medium is walked, not sorted */
+    bool walk;   /* rays walk through it from cell to cell; else its cells are drawn */
 };
 
 /* Everything that the passes of one picture share. */

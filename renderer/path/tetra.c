@@ -7,7 +7,7 @@
  * front, colour is multiplied by what the nearer segment lets through, and optical depths are
  * summed.)
  *
- * Where one shell alone is semi-transparent its rays are walked instead (walk.h).
+ * Where one shell alone is semi-transparent, and for solids, rays walk instead (walk.h).
  *
  * Left out here: filtering and shadow. */
 #include <math.h>
@@ -263,7 +263,7 @@ static enum status make_programs(const struct path_object *object, struct pictur
                                  struct error *err) {
     enum status status = STATUS_OK;
     GLuint program;
-    if (volume_has_medium(object->volume) && !object->walk)
+    if (volume_has_medium(object->volume))
         status = gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
                                  variant_of(object, picture, false), &program, &picture->cold, err);
     if (status == STATUS_OK && volume_has_solid(object->volume))
@@ -272,18 +272,17 @@ static enum status make_programs(const struct path_object *object, struct pictur
     return status;
 }
 
-/* The one object whose medium is walked; NULL. */
-static const struct path_object *walked(const struct picture *picture) {
-    for (size_t i = 0; i < picture->object_count; i++)
-        if (picture->objects[i].walk)
-            return &picture->objects[i];
-    return NULL;
+/* Whether an object is drawn cell by cell. */
+static bool needs_cells(const struct path_object *object) {
+    return object->shell && !object->walk &&
+           (volume_has_medium(object->volume) || volume_has_solid(object->volume));
 }
 
-/* Whether an object is drawn cell by cell, in either draw. */
-static bool needs_cells(const struct path_object *object) {
-    return object->shell && ((volume_has_medium(object->volume) && !object->walk) ||
-                             volume_has_solid(object->volume));
+static bool any_walk(const struct picture *picture) {
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (picture->objects[i].walk)
+            return true;
+    return false;
 }
 
 static enum status tetra_prepare(void *state, struct picture *picture, struct error *err) {
@@ -296,12 +295,9 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
 
     stage_clock_next(picture->clock, REPORT_STAGE_sort, true);
     enum status status = sort_media(tetra, picture, err);
-    const struct path_object *walker = walked(picture);
-    if (status == STATUS_OK && walker)
-        status = walk_pass_prepare(tetra->walk, picture, walker, err);
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
-        if (!object->shell || !volume_has_solid(object->volume))
+        if (!object->shell || !volume_has_solid(object->volume) || object->walk)
             continue;
         for (uint32_t t = 0; t < object->shell->tetra_count; t++)
             if (!append_outline(&tetra->solids, object, (uint32_t)i, t)) {
@@ -313,6 +309,8 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         (tetra->media.corner_count > UINT32_MAX / 2 || tetra->solids.corner_count > UINT32_MAX / 2))
         status = error_fault(err, STATUS_TOO_COMPLEX, "/objects", "too many outlines for one draw");
 
+    if (status == STATUS_OK && any_walk(picture))
+        status = walk_pass_prepare(tetra->walk, picture, err);
     for (int i = 0; i < 2; i++)
         picture->report->work.segments += both[i]->outline_count;
 
@@ -397,7 +395,8 @@ static enum status tetra_draw_solid(void *state, struct picture *picture, struct
     glDepthFunc(GL_GREATER);
     glDepthMask(GL_TRUE);
     glDisable(GL_BLEND);
-    return draw_outlines(tetra, picture, &tetra->solids, true, err);
+    enum status status = draw_outlines(tetra, picture, &tetra->solids, true, err);
+    return status == STATUS_OK ? walk_pass_draw(tetra->walk, picture, true, err) : status;
 }
 
 static enum status tetra_draw_media(void *state, struct picture *picture, struct error *err) {
@@ -416,9 +415,11 @@ static enum status tetra_draw_media(void *state, struct picture *picture, struct
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glBlendFuncSeparate(GL_ONE, GL_SRC1_ALPHA, GL_ONE, GL_ONE);
-    const struct path_object *walker = walked(picture);
-    enum status status = walker ? walk_pass_draw(tetra->walk, picture, walker, err)
-                                : draw_outlines(tetra, picture, &tetra->media, false, err);
+    enum status status = draw_outlines(tetra, picture, &tetra->media, false, err);
+    if (status == STATUS_OK) {
+        glDisable(GL_DEPTH_TEST); /* a walk stops at the occluder by itself */
+        status = walk_pass_draw(tetra->walk, picture, false, err);
+    }
     glDisable(GL_BLEND);
     glBindTextureUnit(BINDING_OCCLUDER, 0);
     return status;

@@ -1,4 +1,4 @@
-/* Walking through media: see shaders/walk.frag. A full-screen triangle is shaded, so small cells
+/* Walking through shells: see shaders/walk.frag. A full-screen triangle is shaded, so small cells
  * cost no partly empty blocks; a ray ends when nothing more can be seen; and nothing is sorted but
  * the few faces through which a sample's ray enters. */
 #include "renderer/path/walk.h"
@@ -16,12 +16,18 @@ struct device_walk {
     GLuint buffers[2], textures[2]; /* cells, links */
 };
 
+/* Where the rays of this picture enter one object. */
+struct doors {
+    GLuint buffers[2], textures[2]; /* a sample's first entry; entries */
+    uint32_t start;
+};
+
 struct walk_pass {
     struct resident_cache shells;
-    GLuint buffers[2], textures[2]; /* a sample's first entry; entries: of this picture */
+    struct doors *doors; /* for each object of the picture; kept for the next one */
+    size_t door_count;
     GLuint frame_buffer, array;
     GLint texels_max;
-    uint32_t start;
 };
 
 static void destroy_device(void *data) {
@@ -38,8 +44,6 @@ struct walk_pass *walk_pass_create(void) {
     pass->shells.bytes_max = DEVICE_BYTES_MAX;
     pass->shells.destroy = destroy_device;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &pass->texels_max);
-    glCreateBuffers(2, pass->buffers);
-    glCreateTextures(GL_TEXTURE_BUFFER, 2, pass->textures);
     glCreateVertexArrays(1, &pass->array);
     return pass;
 }
@@ -48,27 +52,22 @@ void walk_pass_destroy(struct walk_pass *pass) {
     if (!pass)
         return;
     resident_clear(&pass->shells);
-    glDeleteTextures(2, pass->textures);
-    glDeleteBuffers(2, pass->buffers);
+    for (size_t i = 0; i < pass->door_count; i++) {
+        glDeleteTextures(2, pass->doors[i].textures);
+        glDeleteBuffers(2, pass->doors[i].buffers);
+    }
+    free(pass->doors);
     glDeleteBuffers(1, &pass->frame_buffer);
     glDeleteVertexArrays(1, &pass->array);
     free(pass);
 }
 
-bool walk_possible(const struct path_object *objects, size_t count, const char **why) {
-    const struct path_object *only = NULL;
+bool walk_possible(const struct path_object *object, const char **why) {
     *why = NULL;
-    for (size_t i = 0; i < count; i++) {
-        if (!objects[i].shell || !volume_has_medium(objects[i].volume))
-            continue;
-        if (only)
-            *why = "several semi-transparent shells hide one another";
-        only = &objects[i];
-        if (only->shell->diagnosis.flat)
-            *why = "the shell has cells without volume";
-        else if (only->projection.behind && only->projection.view.orthographic)
-            *why = "the eye's plane cuts the shell, and each parallel ray would begin elsewhere";
-    }
+    if (object->shell->diagnosis.flat)
+        *why = "the shell has cells without volume";
+    else if (object->projection.behind && object->projection.view.orthographic)
+        *why = "the eye's plane cuts the shell, and each parallel ray would begin elsewhere";
     return !*why;
 }
 
@@ -108,23 +107,28 @@ static enum status upload_shell(struct walk_pass *pass, const struct shell *shel
     return gl_check("uploading a shell", err);
 }
 
-static uint32_t variant_of(const struct path_object *object, const struct picture *picture) {
+static uint32_t variant_of(const struct path_object *object, const struct picture *picture,
+                           bool solid) {
     const struct volume *volume = object->volume;
-    uint32_t flags = (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) |
-                     (picture->occluded ? FLAG_OCCLUDED : 0);
+    uint32_t flags = FLAG_SOLID;
+    if (!solid)
+        flags = (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) |
+                (picture->occluded ? FLAG_OCCLUDED : 0);
     if (volume->lit && !volume->homogeneous)
         flags |= FLAG_LIT | (volume->specular > 0 && picture->lights.count ? FLAG_SPECULAR : 0);
     return flags;
 }
 
-enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture,
-                              const struct path_object *object, struct error *err) {
+/* One object's entries to the device. */
+static enum status open_doors(struct walk_pass *pass, struct picture *picture,
+                              const struct path_object *object, struct doors *doors,
+                              struct error *err) {
+    stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
     struct entries entries;
-    resident_begin_picture(&pass->shells);
     enum status status = entries_find(object->shell, &object->projection, &entries, err);
     if (status != STATUS_OK)
         return status;
-    pass->start = entries.start;
+    doors->start = entries.start;
     picture->report->work.fragments += entries.count;
 
     stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
@@ -136,27 +140,64 @@ enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture,
         status =
             error_fault(err, STATUS_TOO_COMPLEX, "/image",
                         "%zu samples: this GL holds %d in one table", samples, pass->texels_max);
+    if (!doors->buffers[0]) {
+        glCreateBuffers(2, doors->buffers);
+        glCreateTextures(GL_TEXTURE_BUFFER, 2, doors->textures);
+    }
     for (int i = 0; i < 2 && status == STATUS_OK; i++) {
-        glNamedBufferData(pass->buffers[i], (GLsizeiptr)bytes[i], data[i], GL_STREAM_DRAW);
-        glTextureBuffer(pass->textures[i], GL_R32UI, pass->buffers[i]);
+        glNamedBufferData(doors->buffers[i], (GLsizeiptr)bytes[i], data[i], GL_STREAM_DRAW);
+        glTextureBuffer(doors->textures[i], GL_R32UI, doors->buffers[i]);
         picture->report->work.upload_bytes += bytes[i];
     }
     entries_finish(&entries);
-    GLuint program;
-    if (status == STATUS_OK)
-        status = upload_shell(pass, object->shell, picture, err);
-    if (status == STATUS_OK)
-        status = gl_programs_get(picture->programs, GL_PROGRAM_WALK, variant_of(object, picture),
-                                 &program, &picture->cold, err);
     return status;
 }
 
-enum status walk_pass_draw(struct walk_pass *pass, struct picture *picture,
-                           const struct path_object *object, struct error *err) {
+enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture, struct error *err) {
+    resident_begin_picture(&pass->shells);
+    if (picture->object_count > pass->door_count) {
+        struct doors *grown = realloc(pass->doors, picture->object_count * sizeof *grown);
+        if (!grown)
+            return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to walk");
+        pass->doors = grown;
+        while (pass->door_count < picture->object_count)
+            pass->doors[pass->door_count++] = (struct doors){.start = LINK_NONE};
+    }
+    enum status status = STATUS_OK;
+    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!object->walk)
+            continue;
+        status = open_doors(pass, picture, object, &pass->doors[i], err);
+        if (status == STATUS_OK)
+            status = upload_shell(pass, object->shell, picture, err);
+        GLuint program;
+        if (status == STATUS_OK && volume_has_medium(object->volume))
+            status =
+                gl_programs_get(picture->programs, GL_PROGRAM_WALK,
+                                variant_of(object, picture, false), &program, &picture->cold, err);
+        if (status == STATUS_OK && volume_has_solid(object->volume))
+            status =
+                gl_programs_get(picture->programs, GL_PROGRAM_WALK,
+                                variant_of(object, picture, true), &program, &picture->cold, err);
+    }
+    return status;
+}
+
+static void bind_textures(const struct baked *baked) {
+    glBindTextureUnit(BINDING_MEDIUM, baked->medium);
+    glBindTextureUnit(BINDING_MEDIUM_GRADIENT, baked->medium_gradient);
+    glBindTextureUnit(BINDING_SOLID, baked->solid);
+    glBindTextureUnit(BINDING_SOLID_GRADIENT, baked->solid_gradient);
+}
+
+static enum status draw_object(struct walk_pass *pass, struct picture *picture,
+                               const struct path_object *object, const struct doors *doors,
+                               bool solid, struct error *err) {
     GLuint program;
     enum status status =
-        gl_programs_get(picture->programs, GL_PROGRAM_WALK, variant_of(object, picture), &program,
-                        &picture->cold, err);
+        gl_programs_get(picture->programs, GL_PROGRAM_WALK, variant_of(object, picture, solid),
+                        &program, &picture->cold, err);
     if (status != STATUS_OK)
         return status;
     struct frame frame;
@@ -168,21 +209,30 @@ enum status walk_pass_draw(struct walk_pass *pass, struct picture *picture,
     glUseProgram(program);
     /* A ray meets a cell once; past that many visits something is wrong. */
     uint32_t most = object->shell->tetra_count + 8;
-    glProgramUniform1ui(program, 0, pass->start);
+    glProgramUniform1ui(program, 0, doors->start);
     glProgramUniform1i(program, 1, picture->world.width);
     glProgramUniform1i(program, 2, (GLint)(most < VISITS_MAX ? most : VISITS_MAX));
     glBindTextureUnit(BINDING_CELLS, device->textures[0]);
     glBindTextureUnit(BINDING_LINKS, device->textures[1]);
-    glBindTextureUnit(BINDING_FIRST, pass->textures[0]);
-    glBindTextureUnit(BINDING_ENTRIES, pass->textures[1]);
-    if (object->baked) {
-        glBindTextureUnit(BINDING_MEDIUM, object->baked->medium);
-        glBindTextureUnit(BINDING_MEDIUM_GRADIENT, object->baked->medium_gradient);
-    }
-    glDisable(GL_DEPTH_TEST);
-    glDisable(GL_CULL_FACE);
+    glBindTextureUnit(BINDING_FIRST, doors->textures[0]);
+    glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);
+    if (object->baked)
+        bind_textures(object->baked);
     glBindVertexArray(pass->array);
     glDrawArrays(GL_TRIANGLES, 0, 3);
     picture->report->work.draws++;
-    return gl_check("walking through a medium", err);
+    return gl_check("walking through a shell", err);
+}
+
+enum status walk_pass_draw(struct walk_pass *pass, struct picture *picture, bool solid,
+                           struct error *err) {
+    glDisable(GL_CULL_FACE);
+    enum status status = STATUS_OK;
+    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (object->walk &&
+            (solid ? volume_has_solid(object->volume) : volume_has_medium(object->volume)))
+            status = draw_object(pass, picture, object, &pass->doors[i], solid, err);
+    }
+    return status;
 }

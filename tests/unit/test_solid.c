@@ -9,6 +9,9 @@
 
 static struct renderer *renderer;
 
+/* The group runs once walking from cell to cell and once drawing the cells. */
+static const char *order = "walk";
+
 /* Every asset is an 8 x 8 picture of the grey whose 8-bit value is `level`. */
 static enum status open_grey(void *user, const char *name, const char *pointer,
                              struct asset_bytes *bytes, struct error *err) {
@@ -56,11 +59,12 @@ static void draw(struct render_result *result, int level, double angle, double m
         "[{'direction': [0, 1, -1], 'color': [2, 2, 2]}], 'camera': {'eye': [%.17g, 0, %.17g], "
         "'target': [0, 0, 0.25], 'up': [0, 1, 0], 'ortho_height': 0.5}, 'objects': [{'shell': "
         "{'mesh': {'shape': 'plane', 'size': [8, 8], 'divisions': [7, 5]}, 'thickness': 0.5, "
-        "'tiles': [3, 3], 'material': {'height': 'grey', 'size': [16, 16, 32]}}}, {'mesh': "
+        "'tiles': [3, 3], 'material': {'height': 'grey', 'size': [16, 16, 32]}}, 'quality': "
+        "{'order': '%s'}}, {'mesh': "
         "{'shape': "
         "'plane', 'size': [8, 8]}, 'color': [1, 0, 0], 'transform': {'translate': [0, 0, "
         "%.17g]}}]}",
-        10 * sin(angle), 10 * cos(angle), mesh_z);
+        10 * sin(angle), 10 * cos(angle), order, mesh_z);
     support_quote(json);
     struct arena arena = {0};
     struct scene scene;
@@ -135,5 +139,7 @@ int main(void) {
         cmocka_unit_test(test_light),
         cmocka_unit_test(test_ends),
     };
-    return cmocka_run_group_tests(tests, open_renderer, close_renderer);
+    int failed = cmocka_run_group_tests_name("walking", tests, open_renderer, close_renderer);
+    order = "sorted";
+    return failed + cmocka_run_group_tests_name("cells", tests, open_renderer, close_renderer);
 }
