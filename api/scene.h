@@ -23,7 +23,7 @@ enum {
 
     /* What is drawn for an image of samples = k * k: its sides times k, and their product. */
     SCENE_DRAWN_SIDE_MAX = 16384,
-    SCENE_DRAWN_PIXELS_MAX = 64 * 1024 * 1024,
+    SCENE_DRAWN_PIXELS_MAX = 16 * 1024 * 1024,
 
     SCENE_LIGHTS_MAX = 8,
     SCENE_OBJECTS_MAX = 256,

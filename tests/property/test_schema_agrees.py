@@ -113,7 +113,7 @@ def cost_rule(scene):
     image = scene.get("image", {})
     k = math.isqrt(int(image.get("samples", 4)))
     width, height = (int(image.get(side, 512)) * k for side in ("width", "height"))
-    if max(width, height) > 16384 or width * height > 64 * 1024 * 1024:
+    if max(width, height) > 16384 or width * height > 16 * 1024 * 1024:
         yield "PICTURE_COST"
     default = {"plane": [16, 16], "sphere": [48, 24], "torus": [64, 32], "cylinder": [48, 16],
                "terrain": [64, 64], "teapot": [8, 8]}
