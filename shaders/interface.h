@@ -62,9 +62,9 @@
 #define BINDING_SOLID_GRADIENT  4
 #define BINDING_OCCLUDER        5 /* sampler2D: depth of what is opaque */
 #define BINDING_BASE_COLOR      6
-#define BINDING_SAMPLES         7 /* sampler2D: the picture before resolving */
-#define BINDING_LINKS           8 /* usamplerBuffer: what lies across a cell's faces */
-#define BINDING_ENTRIES         9 /* usamplerBuffer: where rays enter a shell */
+#define BINDING_SAMPLES         7  /* sampler2D: the picture before resolving */
+#define BINDING_LINKS           8  /* usamplerBuffer: what lies across a cell's faces */
+#define BINDING_ENTRIES         9  /* usamplerBuffer: where rays enter a shell */
 #define BINDING_FIRST           10 /* usamplerBuffer: a sample's first entry */
 
 #define CELL_TEXELS 8
