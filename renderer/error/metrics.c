@@ -79,7 +79,7 @@ enum status error_compare(const float *test, const float *reference, int width, 
         int drawn[2] = {drawn_on(a, behind), drawn_on(b, behind)};
         metrics->coverage += drawn[0] != drawn[1];
         tally_pixel(&whole, squares, largest);
-        if (touched ? touched[p] : drawn[0] || drawn[1])
+        if ((touched && touched[p]) || drawn[0] || drawn[1])
             tally_pixel(&inside, squares, largest);
     }
     tally_finish(&inside, &metrics->touched);

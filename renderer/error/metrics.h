@@ -31,9 +31,10 @@ struct error_metrics {
 };
 
 /* Compares `test` with `reference`. `touched` has a byte for each pixel, not 0 where any object
- * touches it; NULL: wherever one of the pictures differs from `background` (straight linear RGBA,
- * as in the scene). A pixel counts as drawn on where a channel differs from the premultiplied
- * background by more than 1/512, half a code of 8 bits. `flip_map` receives FLIP for each pixel
+ * touches it, or is NULL; a pixel where one of the pictures is drawn on counts as touched in any
+ * case, or else a silhouette that is too large would cost nothing. A pixel is drawn on where a
+ * channel differs from the premultiplied `background` (straight linear RGBA, as in the scene) by
+ * more than 1/512, half a code of 8 bits. `flip_map` receives FLIP for each pixel
  * (width * height; may be NULL). STATUS_OUT_OF_MEMORY. */
 enum status error_compare(const float *test, const float *reference, int width, int height,
                           const uint8_t *touched, const double background[4], float *flip_map,

@@ -225,8 +225,97 @@ static void test_intervals_join(void **state) {
     truth_close(&truth);
 }
 
+/* ---- a prism that folds ---- */
+
+/* Whether (x, y, z) lies in the triangle of its own layer: all offsets rise by 1, so w is z. */
+static bool in_layer(const struct world_object *object, const double x[3]) {
+    double q[3][2];
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 2; i++)
+            q[k][i] = object->bottom[k][i] + x[2] * object->offset[k][i] - x[i];
+    double a = cross2(q[0], q[1]), b = cross2(q[1], q[2]), c = cross2(q[2], q[0]);
+    return x[2] >= 0 && x[2] <= 1 && ((a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0));
+}
+
+/* Length of a ray within it: by steps, each change of side closed in by bisection. */
+static double length_by_steps(const struct world_object *object, const double o[3],
+                              const double d[3]) {
+    enum { STEPS = 8000 };
+    double length = 0, x[3];
+    for (int n = 0; n < STEPS; n++) {
+        double t[2] = {-4 + 8.0 * n / STEPS, -4 + 8.0 * (n + 1) / STEPS};
+        bool side[2];
+        for (int k = 0; k < 2; k++) {
+            for (int i = 0; i < 3; i++)
+                x[i] = o[i] + t[k] * d[i];
+            side[k] = in_layer(object, x);
+        }
+        double low = t[0], high = t[1];
+        for (int r = 0; r < 50 && side[0] != side[1]; r++) {
+            double middle = (low + high) / 2;
+            for (int i = 0; i < 3; i++)
+                x[i] = o[i] + middle * d[i];
+            *(in_layer(object, x) == side[0] ? &low : &high) = middle;
+        }
+        length +=
+            side[0] == side[1] ? (side[0] ? t[1] - t[0] : 0) : (side[0] ? low - t[0] : t[1] - high);
+    }
+    return length;
+}
+
+/* Layers that shrink to a line, or to a point, half way up and open again turned over. */
+static void test_folded(void **state) {
+    (void)state;
+    static const double shrink[3][2] = {{-2, 0}, {-2, -2}, {-1.3, -3}};
+    static const double corner[3][2] = {{-1, -0.7}, {1.1, -0.6}, {0.1, 0.9}};
+    struct random random = {5};
+    struct scene_object spec = {.shell.tiles = {1, 1}};
+    for (int kind = 0; kind < 3; kind++) {
+        double bottom[3][3] = {{0}}, offset[3][3], uv[1][3][2] = {{{0}}};
+        uint32_t vertex[1][3] = {{0, 1, 2}};
+        bool folds[1] = {true};
+        for (int k = 0; k < 3; k++)
+            for (int i = 0; i < 3; i++) {
+                bottom[k][i] = i < 2 ? corner[k][i] : 0;
+                offset[k][i] = i < 2 ? shrink[kind][i] * corner[k][i] : 1;
+            }
+        struct mesh mesh = {
+            .vertex_count = 3, .triangle_count = 1, .vertex = vertex, .corner_uv = uv};
+        struct world_object object = {
+            .spec = &spec, .mesh = &mesh, .bottom = bottom, .offset = offset, .folds = folds};
+        for (int i = 0; i < 3; i++)
+            object.object_from_world[i][i] = 1;
+        double crossed = 0;
+        int exact = 0;
+        for (int n = 0; n < 60; n++) {
+            double o[3] = {0.6 * uniform(&random) - 0.3, 0.6 * uniform(&random) - 0.3,
+                           uniform(&random)};
+            double d[3] = {2 * uniform(&random) - 1, 2 * uniform(&random) - 1,
+                           2 * uniform(&random) - 1};
+            unit3(d);
+            struct object_ray ray;
+            struct prism_ray prism;
+            struct prism_interval intervals[PRISM_INTERVALS_MAX];
+            object_ray_init(&object, o, d, &ray);
+            int count = prism_meet(&object, 0, &ray, &prism, intervals);
+            double length = 0, expected = length_by_steps(&object, o, d);
+            for (int k = 0; k < count; k++)
+                length += intervals[k].t[1] - intervals[k].t[0];
+            /* A part shorter than a step of 1e-3 may be missed by the search in steps. */
+            double off = fabs(length - expected);
+            if (!(off < 2e-3))
+                fail_msg("shape %d, ray %d: %.12g, expected %.12g", kind, n, length, expected);
+            exact += off < 1e-9;
+            crossed += expected;
+        }
+        assert_true(crossed > 10);
+        assert_true(exact > 55);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_folded),
         cmocka_unit_test(test_inversion),
         cmocka_unit_test(test_intervals_join),
     };
