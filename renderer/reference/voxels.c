@@ -1,7 +1,7 @@
 /* DESIGN, 'Material' and 'Light': trilinear between voxel centres at (k + 1/2)/n, periodic in u and
  * v, clamped in w. Normals come from central differences of opacity (of one voxel's own depth), or
- * of s for a solid; beyond the first and the last layer the field goes on with their values, as it
- * does wherever it is sampled. */
+ * of s for a solid, at the voxels; beyond the first and the last layer the field and its gradient
+ * go on with their values. */
 #include "renderer/reference/voxels.h"
 
 #include "renderer/reference/vector.h"
@@ -41,6 +41,7 @@ void voxels_load(const struct volume *volume, bool solid, bool lit, int x, int y
     if (!lit)
         return;
     double field[4][4][4]; /* the corners of a face's neighbours are not needed, but cost little */
+    int last = volume->size[2] - 1;
     for (int k = 0; k < 4; k++)
         for (int j = 0; j < 4; j++)
             for (int i = 0; i < 4; i++) {
@@ -51,6 +52,12 @@ void voxels_load(const struct volume *volume, bool solid, bool lit, int x, int y
             }
     for (int c = 0; c < 8; c++) {
         int i = 1 + (c & 1), j = 1 + (c >> 1 & 1), k = 1 + (c >> 2);
+        /* A voxel that is not there has the gradient of the nearest that is, as it has its value.
+         */
+        if (z + k - 1 < 0)
+            k++;
+        if (z + k - 1 > last)
+            k--;
         voxels->gradient[c][0] = (field[k][j][i - 1] - field[k][j][i + 1]) / 2;
         voxels->gradient[c][1] = (field[k][j - 1][i] - field[k][j + 1][i]) / 2;
         voxels->gradient[c][2] = (field[k - 1][j][i] - field[k + 1][j][i]) / 2;

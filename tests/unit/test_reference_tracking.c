@@ -183,6 +183,7 @@ static double material_at(const struct setting *setting, const struct shape *sha
             q[i] = base[i] + bit;
             weight *= bit ? at[i] - base[i] : 1 - (at[i] - base[i]);
         }
+        q[2] = q[2] < 0 ? 0 : q[2] > volume->size[2] - 1 ? volume->size[2] - 1 : q[2];
         for (int i = 0; i < 4; i++)
             value[i] += weight * (double)voxel(volume, q[0], q[1], q[2])[i];
         for (int i = 0; i < 3; i++) {
