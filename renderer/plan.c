@@ -16,7 +16,8 @@ static const char *several_media(const struct path_object *objects, size_t count
     return media > 1 ? "several semi-transparent shells hide one another" : NULL;
 }
 
-enum status plan_order(struct path_object *objects, size_t count, struct error *err) {
+enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
+                       struct error *err) {
     const char *several = several_media(objects, count);
     for (size_t i = 0; i < count; i++) {
         struct path_object *object = &objects[i];
@@ -35,7 +36,8 @@ enum status plan_order(struct path_object *objects, size_t count, struct error *
             snprintf(pointer, sizeof pointer, "%s/quality/order", object->pointer);
             return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "cannot walk: %s", why);
         }
-        object->walk = (medium || solid) && possible && asked != SCENE_ORDER_SORTED;
+        object->walk = (medium || solid) && possible &&
+                       (asked == SCENE_ORDER_WALK || (asked == SCENE_ORDER_AUTO && may_walk));
     }
     return STATUS_OK;
 }

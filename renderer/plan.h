@@ -19,8 +19,9 @@ struct plan {
 
 /* Decides which shells rays walk through (path_object.walk) and of which the cells are drawn: as
  * the scene asks, else walked wherever that is possible. STATUS_NOT_IMPLEMENTED, with its pointer,
- * where the scene asks for a walk that is not. */
-enum status plan_order(struct path_object *objects, size_t count, struct error *err);
+ * where the scene asks for a walk that is not. Without `may_walk` a walk is only what the scene
+ * asks. */
+enum status plan_order(struct path_object *objects, size_t count, bool may_walk, struct error *err);
 
 /* `objects` are ready but for textures. */
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,

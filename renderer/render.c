@@ -187,7 +187,7 @@ static enum status draw(struct renderer *renderer, const struct plan *plan, void
 
 /* A pixel that is no number is a fault of Pelt's or of what it was given: it is drawn as nothing,
  * and the report says so. */
-static void check_finite(struct render_result *result) {
+static uint64_t check_finite(struct render_result *result) {
     uint64_t count = 0, first = 0;
     size_t pixels = (size_t)result->width * (size_t)result->height;
     for (size_t p = 0; p < pixels; p++) {
@@ -201,13 +201,14 @@ static void check_finite(struct render_result *result) {
     if (count)
         report_warn(&result->report, "not-finite", "/image", count, first,
                     "pixels came out as infinite or as no number; they are left empty");
+    return count;
 }
 
 /* Everything but drawing; shared by renderer_render and renderer_plan. */
 static enum status make_ready(struct renderer *renderer, const struct scene *scene,
                               const struct asset_source *assets, struct render_result *result,
-                              struct prepared *prepared, struct view *world, struct plan *plan,
-                              struct error *err) {
+                              bool may_walk, struct prepared *prepared, struct view *world,
+                              struct plan *plan, struct error *err) {
     memset(result, 0, sizeof *result);
     result->width = scene->image.width;
     result->height = scene->image.height;
@@ -221,7 +222,7 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
         return status;
     status = prepare_views(prepared, &report->resolved, world, err);
     if (status == STATUS_OK)
-        status = plan_order(prepared->objects, prepared->object_count, err);
+        status = plan_order(prepared->objects, prepared->object_count, may_walk, err);
     if (status != STATUS_OK) {
         prepared_finish(&renderer->caches, prepared);
         return status;
@@ -239,7 +240,8 @@ enum status renderer_plan(struct renderer *renderer, const struct scene *scene,
     struct view world;
     struct plan plan;
     double started = clock_now_ms();
-    enum status status = make_ready(renderer, scene, assets, result, &prepared, &world, &plan, err);
+    enum status status =
+        make_ready(renderer, scene, assets, result, true, &prepared, &world, &plan, err);
     if (status != STATUS_OK) {
         render_result_finish(result);
         return status;
@@ -251,9 +253,10 @@ enum status renderer_plan(struct renderer *renderer, const struct scene *scene,
     return STATUS_OK;
 }
 
-enum status renderer_render(struct renderer *renderer, const struct scene *scene,
-                            const struct asset_source *assets, struct render_result *result,
-                            struct error *err) {
+/* One picture from beginning to end; *lost is set to the number of pixels that are no number. */
+static enum status render_once(struct renderer *renderer, const struct scene *scene,
+                               const struct asset_source *assets, bool may_walk,
+                               struct render_result *result, uint64_t *lost, struct error *err) {
     struct prepared prepared = {0};
     struct view world;
     struct plan plan;
@@ -261,7 +264,8 @@ enum status renderer_render(struct renderer *renderer, const struct scene *scene
     double stage_ms[REPORT_STAGE_COUNT] = {0};
     struct stage_clock clock;
     stage_clock_start(&clock, stage_ms, REPORT_STAGE_assets);
-    enum status status = make_ready(renderer, scene, assets, result, &prepared, &world, &plan, err);
+    enum status status =
+        make_ready(renderer, scene, assets, result, may_walk, &prepared, &world, &plan, err);
     if (status != STATUS_OK) {
         render_result_finish(result);
         return status;
@@ -320,7 +324,7 @@ enum status renderer_render(struct renderer *renderer, const struct scene *scene
     if (status == STATUS_OK)
         status = gl_target_read(&renderer->picture, result->pixels, err);
     if (status == STATUS_OK)
-        check_finite(result);
+        *lost = check_finite(result);
     stage_clock_stop(&clock, true);
 
 done:
@@ -336,6 +340,40 @@ done:
     memcpy(report->stage_ms, stage_ms, sizeof stage_ms);
     report->total_ms = clock_now_ms() - started;
     report_renderer(renderer, report);
+    return STATUS_OK;
+}
+
+/* Whether a walk was the renderer's own choice, so that it may choose otherwise. */
+static bool chose_walk(const struct scene *scene, const struct render_result *result) {
+    for (size_t i = 0; i < scene->object_count; i++)
+        if (scene->objects[i].quality.order == SCENE_ORDER_AUTO &&
+            result->report.resolved.objects[i].quality.order == SCENE_ORDER_WALK)
+            return true;
+    return false;
+}
+
+enum status renderer_render(struct renderer *renderer, const struct scene *scene,
+                            const struct asset_source *assets, struct render_result *result,
+                            struct error *err) {
+    uint64_t lost = 0;
+    enum status status = render_once(renderer, scene, assets, true, result, &lost, err);
+    if (status != STATUS_OK || lost == 0 || !chose_walk(scene, result))
+        return status;
+    /* A ray that lost its way gives no number (shaders/walk.frag): the cells are drawn instead, and
+     * both attempts are in the times. */
+    struct report first = result->report;
+    uint64_t still_lost = 0;
+    render_result_finish(result);
+    status = render_once(renderer, scene, assets, false, result, &still_lost, err);
+    if (status != STATUS_OK)
+        return status;
+    struct report *report = &result->report;
+    for (int i = 0; i < REPORT_STAGE_COUNT; i++)
+        report->stage_ms[i] += first.stage_ms[i];
+    report->total_ms += first.total_ms;
+    report->cold |= first.cold;
+    report_warn(report, "walk-abandoned", "/objects", lost, 0,
+                "rays lost their way between cells; the cells were drawn one by one instead");
     return STATUS_OK;
 }
 

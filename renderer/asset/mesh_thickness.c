@@ -3,7 +3,8 @@
  * The Jacobian of P(b, w) is ((e1 + w g1) x (e2 + w g2)) . sum b_i h_i n_i with
  * g_k = h_k n_k - h_0 n_0: linear in b, so it keeps its sign over the prism exactly if it does
  * along each of the three normals, where it is a quadratic in w (Jiang et al. 2020 ask the same of
- * each prism). Vertices of a prism that folds are lowered by a fifth until none folds; a prism is
+ * each prism). The tetrahedra that paths cut it into are asked as well, so that all draw one shell.
+ * Vertices of a prism that folds are lowered by a fifth until none folds; a prism is
  * never the worse for a neighbour's lower vertices by more than the next round mends. */
 #include "renderer/asset/mesh_thickness.h"
 
@@ -24,6 +25,37 @@ static void cross(const double a[3], const double b[3], double out[3]) {
 
 static double dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static double det(const double a[3], const double b[3], const double c[3]) {
+    double bc[3];
+    cross(b, c, bc);
+    return dot(a, bc);
+}
+
+/* The three tetrahedra into which paths cut a prism (from the bottom of each side's lower-numbered
+ * vertex to the top of its higher-numbered one) can turn inside out before the prism itself does.
+ */
+static bool cells_turn(const struct mesh *mesh, const uint32_t vertex[3], const double *height) {
+    uint32_t v[3] = {vertex[0], vertex[1], vertex[2]};
+    int swaps = 0;
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < 2; i++)
+            if (v[i] > v[i + 1]) {
+                uint32_t swap = v[i];
+                v[i] = v[i + 1];
+                v[i + 1] = swap;
+                swaps++;
+            }
+    double bottom[3][3], top[3][3];
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 3; i++) {
+            bottom[k][i] = mesh->position[v[k]][i] - mesh->position[v[0]][i];
+            top[k][i] = bottom[k][i] + height[v[k]] * mesh->normal[v[k]][i];
+        }
+    double sense = swaps & 1 ? -1 : 1;
+    return !(sense * det(bottom[1], bottom[2], top[2]) > 0 &&
+             sense * det(bottom[1], top[1], top[2]) < 0 && sense * det(top[0], top[1], top[2]) > 0);
 }
 
 static enum fold prism_folds(const struct mesh *mesh, uint32_t f, const double *height) {
@@ -55,6 +87,8 @@ static enum fold prism_folds(const struct mesh *mesh, uint32_t f, const double *
         if (!(least > 0))
             fold = FOLD_THICK;
     }
+    if (fold == FOLD_NONE && cells_turn(mesh, v, height))
+        fold = FOLD_THICK;
     return fold;
 }
 

@@ -65,13 +65,6 @@ static void cross(const double a[3], const double b[3], double out[3]) {
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-static uint32_t face_toward(const struct shell *shell, uint32_t from, uint32_t to) {
-    uint32_t k = 0;
-    while (k < 3 && shell->neighbour[from][k] != to)
-        k++;
-    return k;
-}
-
 void entries_walk_cells(const struct shell *shell, float (*cell)[WALK_TEXELS][4],
                         uint32_t (*link)[4]) {
     for (uint32_t t = 0; t < shell->tetra_count; t++) {
@@ -110,7 +103,7 @@ void entries_walk_cells(const struct shell *shell, float (*cell)[WALK_TEXELS][4]
         for (uint32_t k = 0; k < 4; k++) {
             uint32_t other = shell->neighbour[t][k];
             link[t][k] =
-                other == SHELL_NONE ? LINK_NONE : other << 2 | face_toward(shell, other, t);
+                other == SHELL_NONE ? LINK_NONE : other << 2 | shell_face_across(shell, t, k);
         }
     }
 }

@@ -234,6 +234,18 @@ void shell_destroy(struct shell *shell) {
     free(shell);
 }
 
+uint32_t shell_face_across(const struct shell *shell, uint32_t t, uint32_t k) {
+    const uint32_t *here = shell->tetra[t], *there = shell->tetra[shell->neighbour[t][k]];
+    for (uint32_t m = 0; m < 3; m++) {
+        bool shared = false;
+        for (uint32_t v = 0; v < 4; v++)
+            shared |= v != k && here[v] == there[m];
+        if (!shared)
+            return m;
+    }
+    return 3;
+}
+
 void shell_warn(const struct shell *shell, const char *pointer, struct report *report) {
     const struct shell_diagnosis *found = &shell->diagnosis;
     if (found->folded)

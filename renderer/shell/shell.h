@@ -64,6 +64,10 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
                         const char *pointer, struct shell **shell, struct error *err);
 void shell_destroy(struct shell *shell); /* takes NULL */
 
+/* The face of tetrahedron `t`'s neighbour across face k, which must exist, that is the same
+ * triangle: told by its vertices, since two tetrahedra may share two faces. */
+uint32_t shell_face_across(const struct shell *shell, uint32_t t, uint32_t k);
+
 void shell_warn(const struct shell *shell, const char *pointer, struct report *report);
 
 #endif

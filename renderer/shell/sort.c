@@ -73,9 +73,7 @@ static enum status relate_faces(struct graph *graph, uint32_t s, struct abuffer 
             } else if (side > 0) {
                 behind[t] |= (uint8_t)(1 << k);
             } else {
-                for (int m = 0; m < 4; m++)
-                    if (shell->neighbour[other][m] == t)
-                        behind[other] |= (uint8_t)(1 << m);
+                behind[other] |= (uint8_t)(1 << shell_face_across(shell, t, (uint32_t)k));
             }
         }
     return STATUS_OK;

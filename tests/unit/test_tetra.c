@@ -2,6 +2,8 @@
  * perspective, from inside, moved, scaled, and cut by what is opaque. */
 #include "tests/support.h"
 
+#include "tests/unit/asset_files.h"
+
 #include <math.h>
 
 static struct renderer *renderer;
@@ -353,6 +355,41 @@ static void test_orders_agree(void **state) {
     }
 }
 
+/* A mesh as it comes, with creases in which the shell is thinned: no ray loses its way, from any
+ * side. */
+static void test_walk_through_the_bunny(void **state) {
+    (void)state;
+    static const char *const eyes[] = {"2, -4, 3", "-4, 0.5, 1", "0.3, 4, 2", "0.1, 0.2, 6",
+                                       "-1, -1, 0.3"};
+    for (int e = 0; e < 5; e++) {
+        char json[1024];
+        int length = snprintf(json, sizeof json,
+                              "{'image': {'width': 300, 'height': 300, 'samples': 1}, 'camera': "
+                              "{'eye': [%s], 'target': "
+                              "[0, 0, 1]}, 'objects': [{'shell': {'mesh': {'asset': "
+                              "'api/examples/assets/bunny.glb'}, "
+                              "'thickness': 0.12, 'material': {'builtin': 'homogeneous', "
+                              "'extinction': 3}}, 'quality': "
+                              "{'order': 'walk'}}]}",
+                              eyes[e]);
+        support_quote(json);
+        struct arena arena = {0};
+        struct scene scene;
+        struct error err = {0};
+        struct render_result result;
+        int open = 0;
+        struct asset_source source = {files_open, files_close, &open};
+        assert_int_equal(scene_read(json, (size_t)length, &arena, &scene, &err), STATUS_OK);
+        enum status status = renderer_render(renderer, &scene, &source, &result, &err);
+        if (status != STATUS_OK)
+            fail_msg("%s", err.faults[0].message);
+        for (size_t w = 0; w < result.report.warning_count; w++)
+            assert_string_not_equal(result.report.warnings[w].code, "not-finite");
+        render_result_finish(&result);
+        arena_free(&arena);
+    }
+}
+
 /* What cannot be walked is refused if asked for, with its pointer. */
 static void test_walk_refused(void **state) {
     (void)state;
@@ -406,6 +443,7 @@ int main(void) {
         cmocka_unit_test(test_extremes),
         cmocka_unit_test(test_convergence),
         cmocka_unit_test(test_orders_agree),
+        cmocka_unit_test(test_walk_through_the_bunny),
         cmocka_unit_test(test_walk_refused),
     };
     int failed = cmocka_run_group_tests_name("walking", tests, open_renderer, close_renderer);
