@@ -14,7 +14,7 @@
 #include "renderer/reference/vector.h"
 #include "renderer/reference/voxels.h"
 
-enum { BREAKS_MAX = 1 << 22, ILLINOIS_MAX = 60 };
+enum { BREAKS_MAX = 1 << 20, ILLINOIS_MAX = 60 };
 
 /* Below this change of w over a segment its crossings are sought by t. */
 static const double THIN = 1e-5;

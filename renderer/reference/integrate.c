@@ -19,7 +19,10 @@
 #include "renderer/reference/vector.h"
 #include "renderer/reference/voxels.h"
 
-enum { NODES = 5, DEPTH_MAX = 48 };
+/* An interval is halved at most this deep, and this often: where thickness is near the rounding of
+ * t the integrand is noise, and no halving would end it. Kinks take some 50, stiff media some 100.
+ */
+enum { NODES = 5, DEPTH_MAX = 48, HALVINGS_MAX = 2000 };
 
 /* What is left behind this cannot be seen: 1e-16 of any radiance is below its last digit. */
 static const double OPAQUE = 1e-16;
@@ -58,6 +61,7 @@ struct integral {
     struct tracer *tracer;
     const double *view;
     bool homogeneous;  /* all that is active */
+    int halvings;      /* of the interval, so far */
     double front;      /* transmittance in front of the interval */
     double brightness; /* errors count relative to it: 1, or the radiance if that is more */
 };
@@ -153,10 +157,12 @@ static void refine(struct integral *integral, double a, double b,
         error = fmax(error, fabs(result->radiance[i] - whole->radiance[i]) / integral->brightness);
     if (error * integral->front <= tolerance)
         return;
-    if (depth == DEPTH_MAX || !(middle > a && middle < b) || !isfinite(error)) {
+    if (depth == DEPTH_MAX || integral->halvings == HALVINGS_MAX || !(middle > a && middle < b) ||
+        !isfinite(error)) {
         integral->tracer->unresolved++;
         return;
     }
+    integral->halvings++;
     refine(integral, a, middle, half[0], &part[0], tolerance / 2, depth + 1, result);
     double front = integral->front;
     integral->front *= result->transmittance;
@@ -185,6 +191,7 @@ static void over_interval(struct integral *integral, double a, double b, double 
     for (int n = 1; n < NODES; n++)
         sample_at(integral, a + (b - a) * node[n], &samples[n]);
     struct panel whole;
+    integral->halvings = 0;
     panel_of(samples, b - a, &whole);
     refine(integral, a, b, samples, &whole, tolerance, 0, result);
 }

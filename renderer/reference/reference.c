@@ -108,6 +108,10 @@ static bool draw_pixel(struct worker *worker, size_t index) {
     bool touched = false;
     for (int sample = 0; sample < k * k; sample++) {
         double rgba[4];
+        if (work->request->cancel && atomic_load(work->request->cancel)) {
+            worker->tracer.status = STATUS_CANCELLED;
+            return false;
+        }
         touched |= tracer_trace(&worker->tracer, x + (sample % k + 0.5) / k,
                                 y + (sample / k + 0.5) / k, rgba);
         if (worker->tracer.status != STATUS_OK)
@@ -159,7 +163,7 @@ static enum status tell_failure(enum status status, struct error *err) {
         return error_fault(err, status, NULL, "no memory for one ray's cells");
     if (status == STATUS_TOO_COMPLEX)
         return error_fault(err, status, "/objects",
-                           "a ray crosses more than four million voxels of one prism");
+                           "a ray crosses more than a million voxels of one prism");
     return error_fault(err, status, NULL, "the reference was cancelled");
 }
 

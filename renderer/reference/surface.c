@@ -43,7 +43,9 @@ static bool meet(void *user, uint32_t index) {
         b[k] /= sum;
         t += b[k] * along[k];
     }
-    if (!(t >= nearest->t_eye && t < nearest->t))
+    /* What the eye lies on it does not see: nearer than this is rounding. */
+    double rounding = 1e-13 * (fabs(nearest->t_eye) + nearest->object->radius / ray->speed);
+    if (!(t > nearest->t_eye + rounding && t < nearest->t))
         return true;
     nearest->t = t;
     nearest->triangle = index;
