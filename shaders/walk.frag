@@ -139,7 +139,10 @@ void main() {
 #endif
 #if (VARIANT & FLAG_SOLID) != 0
         float where;
-        bool meets = find_solid(at_in, along, span, where);
+        /* Where a base lies in the bottom, the ray ends at it, from either side; the surface pass draws
+         * it. */
+        bool at_base = has_base && enters && IS_BOTTOM(uint(cell), uint(face));
+        bool meets = find_solid(at_in, along, span, where) && !at_base;
         t_out = meets ? t_in + (t_end - t_in) * where : t_out;
         /* Kept for shading after the walk. Each is chosen between its old and its new value: what a
          * loop overwrites in every turn and only code after it reads is, on llvmpipe 22.3, that of the
@@ -154,8 +157,7 @@ void main() {
         vec3 n_face = face == 0 ? n1 + n2 + n3 : -(face == 1 ? n1 : face == 2 ? n2 : n3);
         cut = meets ? n_face : cut;
 #endif
-        /* Beneath the bottom lies the base: nothing of this shell is seen through it. */
-        bool finished = found || (has_base && IS_BOTTOM(uint(cell), next_face));
+        bool finished = found || at_base || (has_base && IS_BOTTOM(uint(cell), next_face));
 #else
         march(ray, at_in, along, span, to_world, v);
         bool finished = t_out >= t_stop - near || ray.left < NOTHING_LEFT;
