@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "renderer/camera.h"
 #include "renderer/path/surface.h"
 #include "renderer/path/walk.h"
 
@@ -40,6 +41,41 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
                        (asked == SCENE_ORDER_WALK || (asked == SCENE_ORDER_AUTO && may_walk));
     }
     return STATUS_OK;
+}
+
+static void world_bounds(const struct path_object *object, double low[3], double high[3]) {
+    for (int i = 0; i < 3; i++) {
+        low[i] = INFINITY;
+        high[i] = -INFINITY;
+    }
+    camera_add_bounds(object->object->transform, object->shell->bounds_min,
+                      object->shell->bounds_max, low, high);
+}
+
+void plan_warn_overlaps(const struct path_object *objects, size_t count, struct report *report) {
+    uint64_t pairs = 0, first = 0;
+    for (size_t b = 0; b < count; b++) {
+        if (!objects[b].shell || !volume_has_medium(objects[b].volume))
+            continue;
+        double low_b[3], high_b[3];
+        world_bounds(&objects[b], low_b, high_b);
+        for (size_t a = 0; a < b; a++) {
+            if (!objects[a].shell || !volume_has_medium(objects[a].volume))
+                continue;
+            double low_a[3], high_a[3];
+            bool apart = false;
+            world_bounds(&objects[a], low_a, high_a);
+            for (int i = 0; i < 3; i++)
+                apart |= high_a[i] < low_b[i] || high_b[i] < low_a[i];
+            if (!apart && pairs++ == 0)
+                first = b;
+        }
+    }
+    if (pairs)
+        report_warn(
+            report, "shells-may-overlap", "/objects", pairs, first,
+            "the bounds of semi-transparent shells overlap; where the shells themselves do, "
+            "their colours are mixed cell by cell, not by extinction");
 }
 
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,

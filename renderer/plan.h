@@ -23,6 +23,10 @@ struct plan {
  * asks. */
 enum status plan_order(struct path_object *objects, size_t count, bool may_walk, struct error *err);
 
+/* Warns where semi-transparent shells may overlap (their bounds do): this version mixes their
+ * colours cell by cell, the truth by extinction. */
+void plan_warn_overlaps(const struct path_object *objects, size_t count, struct report *report);
+
 /* `objects` are ready but for textures. */
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
                struct plan *plan);

@@ -165,7 +165,10 @@ static void report_renderer(const struct renderer *renderer, struct report *repo
     snprintf(report->gl_version, sizeof report->gl_version, "%s", info->version);
     snprintf(report->cpu, sizeof report->cpu, "%s", renderer->cpu);
     report->threads = renderer->threads;
-    report->clock = info->clock;
+    /* Stages are timed by fence and CPU clock even where queries can be trusted: they must add up
+     * to the request's time, and a query knows nothing of what the CPU does meanwhile. What the
+     * check said of queries is told by doctor and /v1/capabilities. */
+    report->clock = REPORT_CLOCK_FENCE;
     const char *names[MODULE_COUNT];
     report->loaded_count = module_loaded(names);
     for (size_t i = 0; i < report->loaded_count && i < REPORT_LOADED_MAX; i++)
@@ -228,6 +231,7 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
         return status;
     }
     resolve_objects(&report->resolved, prepared);
+    plan_warn_overlaps(prepared->objects, prepared->object_count, report);
     plan_make(&report->resolved, prepared->objects, prepared->object_count, plan);
     plan_report(plan, &report->resolved, prepared->objects, prepared->object_count, report);
     return STATUS_OK;

@@ -33,9 +33,6 @@ layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
 layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
 #endif
 
-/* A ray that a cell takes less than this of changes no digit that is kept. */
-#define NOTHING_LEFT 1.0e-6
-
 void leave(uint face, float a, float b, bool entered, inout float t_out, inout uint next_face) {
     float t = -a / b;
     bool first = b < 0.0 && !entered && t < t_out;
@@ -160,7 +157,7 @@ void main() {
         bool finished = found || at_base || (has_base && IS_BOTTOM(uint(cell), next_face));
 #else
         march(ray, at_in, along, span, to_world, v);
-        bool finished = t_out >= t_stop - near || ray.left < NOTHING_LEFT;
+        bool finished = t_out >= t_stop - near || ray.left < frame[FRAME_SCREEN].z;
 #endif
 #endif
         t = t_out + near;

@@ -16,7 +16,7 @@
 #include "renderer/gl/target.h"
 
 enum { LOAD_SIDE = 256, LOAD_ROUNDS_MIN = 16, LOAD_ROUNDS_MAX = 60000 };
-static const double load_wanted_ms = 5, agreement = 0.1;
+static const double load_wanted_ms = 2, agreement = 0.1;
 
 double clock_now_ms(void) {
     struct timespec now;

@@ -61,6 +61,10 @@ void frame_set_shell(struct frame *frame, const struct path_object *object) {
     frame->v[FRAME_STEP][0] = (float)(object->samples / object->shell->thickness);
     frame->v[FRAME_STEP][1] = (float)(1 / object->shell->thickness);
     frame->v[FRAME_STEP][2] = (float)fmin(frame_steps_needed(object), PATH_STEPS_MAX);
+    /* A ray may end where what is left of it cannot matter: that error must vanish with the square
+     * of the steps, as the integration's does. 1e-4 at 32 steps, where the integration's is 1e-2.
+     */
+    frame->v[FRAME_SCREEN][2] = (float)(0.1 / ((double)object->samples * object->samples));
     frame->v[FRAME_STEP][3] = object->object->shell.has_base ? 1 : 0;
     for (int i = 0; i < 3; i++) {
         frame->v[FRAME_SIZE][i] = (float)volume->size[i];

@@ -329,7 +329,7 @@ static void test_orders_agree(void **state) {
                              "[{'shell': {'mesh': {'shape': 'torus', 'divisions': [30, 16]}, "
                              "'thickness': 0.12, 'base': {'color': [0.3, 0.2, 0.1]}, 'material': "
                              "{'builtin': '%s', 'size': [64, 64, 16], 'specular': 0.4}}, 'path': "
-                             "'tetra', 'quality': {'order': '%s'}}]}",
+                             "'tetra', 'quality': {'samples': 128, 'order': '%s'}}]}",
                              materials[m], i ? "sorted" : "walk"),
                 STATUS_OK);
         double sum = 0;
