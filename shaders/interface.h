@@ -30,14 +30,15 @@
 
 /* The uniform block `frame`: one vec4 a row. Rays and projection are those of view.h, in the
  * object's space; the rest is in the world's. */
-#define FRAME_O0     0 /* ray origin: o0, ou, ov */
-#define FRAME_OU     1
-#define FRAME_OV     2
-#define FRAME_D0     3 /* ray direction: d0, du, dv */
-#define FRAME_DU     4
-#define FRAME_DV     5
-#define FRAME_SCREEN 6 /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray  \
-                        */
+#define FRAME_O0 0 /* ray origin: o0, ou, ov */
+#define FRAME_OU 1
+#define FRAME_OV 2
+#define FRAME_D0 3 /* ray direction: d0, du, dv */
+#define FRAME_DU 4
+#define FRAME_DV 5
+#define FRAME_SCREEN                                                                               \
+    6 /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray                   \
+       */
 #define FRAME_STEP        7  /* steps per unit of length, 1 / thickness, most steps */
 #define FRAME_NORMAL      8  /* three rows: world normal from the object's gradient */
 #define FRAME_VIEW_D0     11 /* ray direction in the world */
