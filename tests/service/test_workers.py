@@ -78,7 +78,7 @@ def test_crashing_scene_is_quarantined():
         assert (reply.status, reply.slug()) == (422, "quarantined"), reply.body
         assert 3500 < int(reply.headers["Retry-After"]) <= 3600, reply.headers
         daemon.check_good()
-        other = daemon.send(scene(side=2048, samples=9))  # another scene is not meant
+        other = daemon.send(scene(side=2048, samples=4))  # another scene is not meant
         daemon.until_busy()
         other.close()
 
