@@ -90,37 +90,38 @@ static GLuint make_texture(const struct mesh_image *image) {
     return texture;
 }
 
-/* Corners sorted by surface, stably. */
-static enum status fill_corners(const struct mesh *mesh, struct device_mesh *device,
-                                struct corner *corners) {
+/* Corners sorted by surface: a counting sort, since an asset may bring tens of thousands of
+ * surfaces and millions of triangles. */
+static void fill_corners(const struct mesh *mesh, struct device_mesh *device,
+                         struct corner *corners) {
     double center[3];
     for (int i = 0; i < 3; i++)
         center[i] = mesh->bounds_min[i] + (mesh->bounds_max[i] - mesh->bounds_min[i]) / 2;
+    for (uint32_t f = 0; f < mesh->triangle_count; f++)
+        device->batches[mesh->surface[f]].count += 3;
     uint32_t next = 0;
     for (uint32_t s = 0; s < mesh->surface_count; s++) {
         struct batch *batch = &device->batches[s];
         batch->first = next;
+        next += batch->count;
+        batch->count = 0; /* grows again as corners arrive */
         memcpy(batch->color, mesh->surfaces[s].base_color, sizeof batch->color);
-        if (mesh->surfaces[s].image >= 0 && device->textures)
+        if (mesh->surfaces[s].image >= 0)
             batch->texture = device->textures[mesh->surfaces[s].image];
-        for (uint32_t f = 0; f < mesh->triangle_count; f++) {
-            if (mesh->surface[f] != s)
-                continue;
-            for (int c = 0; c < 3; c++) {
-                struct corner *out = &corners[next++];
-                const double *p = mesh->position[mesh->vertex[f][c]];
-                for (int i = 0; i < 3; i++)
-                    out->position[i] = (float)(p[i] - center[i]);
-                memcpy(out->normal, mesh->corner_normal[f][c], sizeof out->normal);
-                /* Wrapping is the sampler's; whole tiles go before fp32 loses the fraction. */
-                for (int i = 0; i < 2; i++)
-                    out->uv[i] =
-                        (float)(mesh->corner_uv[f][c][i] - floor(mesh->corner_uv[f][0][i]));
-            }
-        }
-        batch->count = next - batch->first;
     }
-    return STATUS_OK;
+    for (uint32_t f = 0; f < mesh->triangle_count; f++) {
+        struct batch *batch = &device->batches[mesh->surface[f]];
+        for (int c = 0; c < 3; c++) {
+            struct corner *out = &corners[batch->first + batch->count++];
+            const double *p = mesh->position[mesh->vertex[f][c]];
+            for (int i = 0; i < 3; i++)
+                out->position[i] = (float)(p[i] - center[i]);
+            memcpy(out->normal, mesh->corner_normal[f][c], sizeof out->normal);
+            /* Wrapping is the sampler's; whole tiles go before fp32 loses the fraction. */
+            for (int i = 0; i < 2; i++)
+                out->uv[i] = (float)(mesh->corner_uv[f][c][i] - floor(mesh->corner_uv[f][0][i]));
+        }
+    }
 }
 
 static enum status upload_mesh(struct surface_pass *pass, const struct mesh *mesh,

@@ -21,7 +21,7 @@
 #include "renderer/path/walk.h"
 #include "renderer/shell/sort.h"
 
-enum { DEVICE_BYTES_MAX = 512 << 20, OBJECT_NONE = -1 };
+enum { DEVICE_BYTES_MAX = 512 << 20 };
 
 struct corner {
     float x, y; /* in [-1, 1] on the sample grid */
