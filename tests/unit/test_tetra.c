@@ -403,6 +403,37 @@ static void test_walk_refused(void **state) {
         STATUS_NOT_IMPLEMENTED);
 }
 
+/* Every sample's ray runs exactly through a vertex of the mesh and along edges and faces of cells,
+ * at which ties must be broken alike by all cells around: each ray is in one of them, never in two.
+ */
+static void test_rays_through_vertices(void **state) {
+    (void)state;
+    struct render_result result;
+    assert_int_equal(
+        support_draw(
+            renderer, &result,
+            "{'image': {'width': 17, 'height': 17, 'samples': 1}, 'camera': {'eye': [0, 0, "
+            "8], 'target': [0, 0, 0], 'up': [0, 1, 0], 'ortho_height': 17}, 'objects': [" SLAB "]}",
+            8, 8, 0.5, 2.0, order, ""),
+        STATUS_OK);
+    for (int y = 5; y < 12; y++)
+        for (int x = 5; x < 12; x++)
+            assert_depth(support_pixel(&result, x, y), 1, 5e-6);
+    render_result_finish(&result);
+    /* Aslant, so that rays pass through vertices without running along the edges above them. */
+    assert_int_equal(
+        support_draw(
+            renderer, &result,
+            "{'image': {'width': 17, 'height': 17, 'samples': 1}, 'camera': {'eye': [8, 0, "
+            "8], 'target': [0, 0, 0], 'up': [0, 1, 0], 'ortho_height': 17}, 'objects': [" SLAB "]}",
+            8, 8, 0.5, 2.0, order, ""),
+        STATUS_OK);
+    for (int y = 5; y < 12; y++)
+        for (int x = 7; x < 10; x++)
+            assert_depth(support_pixel(&result, x, y), sqrt(2), 5e-6);
+    render_result_finish(&result);
+}
+
 /* Nothing anywhere, and a medium that is opaque to the last bit. */
 static void test_extremes(void **state) {
     (void)state;
@@ -441,6 +472,7 @@ int main(void) {
         cmocka_unit_test(test_two_shells),
         cmocka_unit_test(test_no_holes),
         cmocka_unit_test(test_extremes),
+        cmocka_unit_test(test_rays_through_vertices),
         cmocka_unit_test(test_convergence),
         cmocka_unit_test(test_orders_agree),
         cmocka_unit_test(test_walk_through_the_bunny),
