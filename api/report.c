@@ -33,6 +33,14 @@ void report_warn(struct report *report, const char *code, const char *pointer, u
     va_end(args);
 }
 
+void report_settle(struct report *report) {
+    struct report_target *target = &report->target;
+    if (target->kind != REPORT_TARGET_DEADLINE_MS)
+        return;
+    target->reached = report->total_ms;
+    target->met = target->reached <= target->asked;
+}
+
 static void append(struct report_pass passes[REPORT_PASSES_MAX], size_t *count, const char *name,
                    const char *why) {
     assert(*count < REPORT_PASSES_MAX);

@@ -19,8 +19,10 @@
     X(upload)   /* buffers and textures to the GL, shader variants */                              \
     X(sort)     /* visibility order */                                                             \
     X(shadow)   /* shadow maps */                                                                  \
+    X(choose)   /* trials on a few pixels, and pictures thrown away, for a target */               \
     X(draw)     /* everything that makes the picture, until the GL has finished it */              \
     X(readback) /* pixels from the GL, and the box mean of the samples */                          \
+    X(error)    /* measuring the picture's error */                                                \
     X(encode)   /* PNG, EXR, base64 */
 
 enum report_stage {
@@ -55,6 +57,41 @@ struct report_work {
     uint64_t sort_nodes, sort_edges;
 };
 
+/* How far the picture is from the truth: DESIGN, 'Error'. Figures are RMSE in linear premultiplied
+ * RGBA over the pixels that any object touches, unless said otherwise; NAN: not known. */
+enum report_error_kind { REPORT_ERROR_NONE, REPORT_ERROR_ESTIMATE, REPORT_ERROR_REFERENCE };
+
+struct report_error {
+    enum report_error_kind kind;
+    uint64_t pixels;  /* that were looked at */
+    uint64_t touched; /* of those: touched by an object */
+    double rmse;      /* against the truth; of an estimate: model and discretisation together */
+    double rmse_standard_error;
+    double max_abs, p99; /* largest difference of a channel; 99th percentile of pixels' RMS */
+    double whole_rmse;   /* over the frame */
+    double psnr_db;      /* of the frame, for a peak of 1 */
+    double flip;         /* mean over the frame; where every pixel was compared */
+    double coverage;     /* share of the frame's pixels whose silhouette differs */
+    double model;        /* of the path's own limit */
+    double model_standard_error;
+    uint64_t model_pixels;
+    double discretisation; /* of this picture against that limit */
+    double discretisation_standard_error;
+};
+
+/* What came of scene.target. */
+enum report_target_kind { REPORT_TARGET_NONE, REPORT_TARGET_MAX_ERROR, REPORT_TARGET_DEADLINE_MS };
+
+struct report_target {
+    enum report_target_kind kind;
+    double asked;   /* RMSE, or milliseconds */
+    double reached; /* the estimate, or the total */
+    bool met;
+    uint64_t trials;  /* draws of a few pixels */
+    uint64_t redrawn; /* pictures that were thrown away and drawn again */
+    char why[160];    /* what was chosen, or why nothing could be */
+};
+
 struct report {
     double stage_ms[REPORT_STAGE_COUNT];
     double total_ms;
@@ -73,6 +110,8 @@ struct report {
     struct report_pass passes[REPORT_PASSES_MAX], left_out[REPORT_PASSES_MAX];
 
     struct report_work work;
+    struct report_error error;
+    struct report_target target;
 
     size_t warning_count;
     uint64_t warnings_left_out;
@@ -86,6 +125,9 @@ void report_warn(struct report *report, const char *code, const char *pointer, u
 /* Appends to passes or left_out. */
 void report_pass(struct report *report, const char *name, const char *why);
 void report_left_out(struct report *report, const char *name, const char *why);
+
+/* Once total_ms is final: whether a deadline was met. */
+void report_settle(struct report *report);
 
 /* The report as JSON, malloc'ed (caller frees); NULL where memory ran out. */
 char *report_write(const struct report *report);

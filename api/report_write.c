@@ -81,6 +81,57 @@ static void write_work(struct json_out *out, const struct report_work *work) {
     json_out_close(out, '}');
 }
 
+static void write_error(struct json_out *out, const struct report_error *error) {
+    const struct {
+        const char *name;
+        double figure;
+    } rows[] = {
+        {"rmse", error->rmse},
+        {"rmse_standard_error", error->rmse_standard_error},
+        {"max_abs", error->max_abs},
+        {"p99", error->p99},
+        {"whole_rmse", error->whole_rmse},
+        {"psnr_db", error->psnr_db},
+        {"flip", error->flip},
+        {"coverage", error->coverage},
+        {"model", error->model},
+        {"model_standard_error", error->model_standard_error},
+        {"discretisation", error->discretisation},
+        {"discretisation_standard_error", error->discretisation_standard_error},
+    };
+    json_out_key(out, "error");
+    json_out_open(out, '{');
+    write_text(out, "kind", error->kind == REPORT_ERROR_ESTIMATE ? "estimate" : "reference");
+    json_out_key(out, "pixels");
+    json_out_unsigned(out, error->pixels);
+    json_out_key(out, "touched");
+    json_out_unsigned(out, error->touched);
+    json_out_key(out, "model_pixels");
+    json_out_unsigned(out, error->model_pixels);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        json_out_key(out, rows[i].name);
+        json_out_number(out, rows[i].figure); /* null where it is not known */
+    }
+    json_out_close(out, '}');
+}
+
+static void write_target(struct json_out *out, const struct report_target *target) {
+    json_out_key(out, "target");
+    json_out_open(out, '{');
+    json_out_key(out, target->kind == REPORT_TARGET_MAX_ERROR ? "max_error" : "deadline_ms");
+    json_out_number(out, target->asked);
+    json_out_key(out, "reached");
+    json_out_number(out, target->reached);
+    json_out_key(out, "met");
+    json_out_boolean(out, target->met);
+    json_out_key(out, "trials");
+    json_out_unsigned(out, target->trials);
+    json_out_key(out, "redrawn");
+    json_out_unsigned(out, target->redrawn);
+    write_text(out, "why", target->why);
+    json_out_close(out, '}');
+}
+
 static void write_warnings(struct json_out *out, const struct report *report) {
     json_out_key(out, "warnings");
     json_out_open(out, '[');
@@ -119,6 +170,10 @@ char *report_write(const struct report *report) {
     write_passes(&out, "left_out", report->left_out, report->left_out_count);
     json_out_close(&out, '}');
     write_work(&out, &report->work);
+    if (report->error.kind != REPORT_ERROR_NONE)
+        write_error(&out, &report->error);
+    if (report->target.kind != REPORT_TARGET_NONE)
+        write_target(&out, &report->target);
     write_warnings(&out, report);
     json_out_key(&out, "resolved");
     json_out_raw(&out, scene);

@@ -79,24 +79,12 @@ static bool geometry(const struct look *look) {
     return material_is(look, SCENE_MATERIAL_GEOMETRY);
 }
 
-static bool max_error(const struct look *look) {
-    return look->scene->target.has_max_error;
-}
-
-static bool deadline(const struct look *look) {
-    return look->scene->target.has_deadline_ms;
-}
-
-static bool measured_error(const struct look *look) {
-    return look->scene->error_mode != SCENE_ERROR_NONE;
-}
-
-enum about { SCENE, LIGHT, OBJECT };
+enum about { LIGHT, OBJECT };
 
 static const struct {
     enum about about;
     bool (*wanted)(const struct look *look);
-    const char *members[4]; /* from the scene, the light or the object */
+    const char *members[4]; /* from the light or the object */
     const char *what;
 } rows[] = {
     {LIGHT, shadow, {"shadow"}, "shadows"},
@@ -112,9 +100,6 @@ static const struct {
     {OBJECT, other_builtin, {"shell", "material", "builtin"}, "this material"},
     {OBJECT, volume, {"shell", "material", "volume"}, "volumes from assets"},
     {OBJECT, geometry, {"shell", "material", "geometry"}, "materials of real geometry"},
-    {SCENE, max_error, {"target", "max_error"}, "to a target"},
-    {SCENE, deadline, {"target", "deadline_ms"}, "to a target"},
-    {SCENE, measured_error, {"report", "error"}, "with a measured error"},
 };
 
 static void judge(enum about about, const struct look *look, struct json_path *path,
@@ -135,7 +120,6 @@ enum status scene_check_implemented(const struct scene *scene, struct error *err
     struct error found = {0};
     struct json_path path = {0};
     struct look look = {.scene = scene};
-    judge(SCENE, &look, &path, &found);
     size_t outer = json_path_enter_name(&path, "lights");
     for (size_t i = 0; i < scene->light_count; i++) {
         size_t mark = json_path_enter_index(&path, i);

@@ -80,7 +80,9 @@ void plan_warn_overlaps(const struct path_object *objects, size_t count, struct 
 
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
                struct plan *plan) {
-    *plan = (struct plan){.k = (int)lround(sqrt(scene->image.samples))};
+    *plan = (struct plan){.k = (int)lround(sqrt(scene->image.samples)),
+                          .measured = scene->error_mode == SCENE_ERROR_ESTIMATE ||
+                                      scene->target.has_max_error || scene->target.has_deadline_ms};
     for (size_t i = 0; i < count; i++) {
         plan->surface |= surface_wanted(objects[i].object);
         if (!objects[i].shell)
@@ -152,6 +154,14 @@ void plan_report(const struct plan *plan, const struct scene *scene,
              plan->k, plan->k);
     tell(report, "resolve", true, why, NULL);
 
+    bool target = scene->target.has_max_error || scene->target.has_deadline_ms;
+    tell(report, "trials", target, "a few pixels at several qualities, for the target",
+         "there is no target");
+    bool reference = scene->error_mode == SCENE_ERROR_REFERENCE;
+    tell(report, "error", scene->error_mode != SCENE_ERROR_NONE || scene->target.has_max_error,
+         reference ? "4096 pixels against the reference"
+                   : "some pixels four times as finely, a few against the rational ray",
+         "report.error is none");
     tell(report, "supersampling", plan->k > 1, NULL, "image.samples is 1");
     tell(report, "shadow", false, NULL,
          scene->light_count ? "no light casts a shadow" : "there are no lights");

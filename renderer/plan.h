@@ -14,6 +14,7 @@ struct plan {
     bool solid;              /* solid parts of materials */
     bool media;              /* semi-transparent parts */
     bool walk;               /* some shell is walked through */
+    bool measured;           /* an error estimate or a target asks which samples meet a shell */
     int k;                   /* samples along a pixel's side */
 };
 

@@ -4,8 +4,10 @@
  *   bake      gradients                       renderer/bake
  *   upload    textures, buffers               bake, path
  *   sort      visibility order, outlines      path
- *   draw      surfaces, solids, media         path, in the order that plan.c decides
- *   readback  resolve, pixels                 here */
+ *   choose    trials for a target             aim.c
+ *   draw      surfaces, solids, media         drawing.c: path, in the order that plan.c decides
+ *   readback  resolve, pixels                 here
+ *   error     estimate, reference             measure.c */
 #include "renderer/render.h"
 
 #include <math.h>
@@ -14,12 +16,14 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "renderer/aim.h"
 #include "renderer/asset/module.h"
+#include "renderer/drawing.h"
 #include "renderer/gl/clock.h"
 #include "renderer/gl/context.h"
 #include "renderer/gl/resolve.h"
 #include "renderer/gl/target.h"
-#include "renderer/path/surface.h"
+#include "renderer/measure.h"
 #include "renderer/plan.h"
 #include "renderer/prepare.h"
 
@@ -39,6 +43,8 @@ struct renderer {
     struct surface_pass *surface;
     void *path_state[PATHS_MAX]; /* made when a path is first used */
     struct gl_target samples, picture;
+    struct probe probe;
+    double readback_ms_per_sample; /* running mean of what resolving and reading took */
     char cpu[128];
     int threads;
 };
@@ -87,6 +93,7 @@ enum status renderer_create(const struct renderer_options *options, struct rende
             error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the renderer's caches");
         goto fail;
     }
+    renderer->readback_ms_per_sample = 2e-5; /* until there is one: measured on two slow cores */
     describe_cpu(renderer);
     *out = renderer;
     return STATUS_OK;
@@ -103,6 +110,7 @@ void renderer_destroy(struct renderer *renderer) {
             path_table[i]->destroy(renderer->path_state[i]);
         surface_pass_destroy(renderer->surface);
         bake_cache_destroy(renderer->textures);
+        probe_finish(&renderer->probe);
         gl_target_finish(&renderer->samples);
         gl_target_finish(&renderer->picture);
         gl_programs_destroy(renderer->programs);
@@ -175,19 +183,6 @@ static void report_renderer(const struct renderer *renderer, struct report *repo
         snprintf(report->loaded[i], sizeof report->loaded[i], "%s", names[i]);
 }
 
-static enum status draw(struct renderer *renderer, const struct plan *plan, void *state,
-                        struct picture *picture, struct error *err) {
-    gl_target_begin(&renderer->samples);
-    enum status status = STATUS_OK;
-    if (plan->surface)
-        status = surface_pass_draw(renderer->surface, picture, err);
-    if (status == STATUS_OK && plan->solid)
-        status = plan->path->draw_solid(state, picture, err);
-    if (status == STATUS_OK && plan->media)
-        status = plan->path->draw_media(state, picture, err);
-    return status;
-}
-
 /* A pixel that is no number is a fault of Pelt's or of what it was given: it is drawn as nothing,
  * and the report says so. */
 static uint64_t check_finite(struct render_result *result) {
@@ -257,9 +252,109 @@ enum status renderer_plan(struct renderer *renderer, const struct scene *scene,
     return STATUS_OK;
 }
 
+/* Draws the prepared picture, resolves and reads it; *lost as in render_once(). */
+static enum status develop(struct renderer *renderer, const struct drawing *drawing,
+                           struct render_result *result, uint64_t *lost, struct error *err) {
+    struct picture *picture = drawing->picture;
+    const struct scene *scene = &result->report.resolved;
+    stage_clock_next(picture->clock, REPORT_STAGE_draw, true);
+    enum status status = gl_target_resize(&renderer->samples, picture->world.width,
+                                          picture->world.height, picture->occluded, err);
+    if (status == STATUS_OK)
+        status = drawing_run(drawing, err);
+    if (status != STATUS_OK)
+        return status;
+    stage_clock_next(picture->clock, REPORT_STAGE_readback, true);
+    double began = clock_now_ms();
+    status = gl_resolve(renderer->programs, &renderer->samples, drawing->plan->k,
+                        scene->image.background, &renderer->picture, &picture->cold, err);
+    if (status == STATUS_OK)
+        status = gl_target_read(&renderer->picture, result->pixels, err);
+    if (status == STATUS_OK)
+        *lost = check_finite(result);
+    double samples = (double)picture->world.width * picture->world.height;
+    double per_sample = (clock_now_ms() - began) / samples;
+    renderer->readback_ms_per_sample += (per_sample - renderer->readback_ms_per_sample) / 4;
+    return status;
+}
+
+/* What a picture that was thrown away took is part of what the choice costs. */
+static void throw_away(double stage_ms[REPORT_STAGE_COUNT]) {
+    static const enum report_stage stages[] = {REPORT_STAGE_draw, REPORT_STAGE_readback,
+                                               REPORT_STAGE_error};
+    for (size_t i = 0; i < sizeof stages / sizeof *stages; i++) {
+        stage_ms[REPORT_STAGE_choose] += stage_ms[stages[i]];
+        stage_ms[stages[i]] = 0;
+    }
+}
+
+/* Chooses, draws and measures, as far as the scene asks for each. */
+static enum status fulfil(struct renderer *renderer, const struct scene *scene,
+                          const struct asset_source *assets, const struct render_limits *limits,
+                          const struct drawing *drawing, struct render_result *result,
+                          uint64_t *lost, struct error *err) {
+    struct picture *picture = drawing->picture;
+    struct stage_clock *clock = picture->clock;
+    struct report *report = &result->report;
+    struct measure measure = {
+        .scene = scene,
+        .camera = &report->resolved.camera,
+        .assets = assets,
+        .caches = &renderer->caches,
+        .drawing = drawing,
+        .probe = &renderer->probe,
+        .met = picture->met,
+        .pixels = result->pixels,
+        .threads = renderer->threads,
+    };
+    struct aim aim = {.measure = &measure};
+    const struct scene_target *target = &scene->target;
+    enum status status = STATUS_OK;
+    if (target->has_max_error || target->has_deadline_ms) {
+        report->target.kind =
+            target->has_max_error ? REPORT_TARGET_MAX_ERROR : REPORT_TARGET_DEADLINE_MS;
+        report->target.asked = target->has_max_error ? target->max_error : target->deadline_ms;
+        snprintf(report->target.why, sizeof report->target.why,
+                 "nothing to choose: no object that could be drawn better or faster leaves out its "
+                 "quality");
+    }
+    if (report->target.kind != REPORT_TARGET_NONE && aim_is_free(drawing)) {
+        stage_clock_next(clock, REPORT_STAGE_choose, true);
+        double samples = (double)picture->world.width * picture->world.height;
+        aim.left_ms = limits->began_ms + target->deadline_ms - limits->reserve_ms -
+                      renderer->readback_ms_per_sample * samples - clock_now_ms();
+        if (scene->error_mode == SCENE_ERROR_ESTIMATE)
+            aim.left_ms /= 1.3; /* measure.h: what an estimate may cost */
+        status = aim_choose(&aim, report, err);
+    }
+    for (bool again = status == STATUS_OK; again;) {
+        double began = clock_now_ms();
+        again = false;
+        status = develop(renderer, drawing, result, lost, err);
+        if (status != STATUS_OK || *lost)
+            break;
+        measure.spent_ms = clock_now_ms() - began + clock->stage_ms[REPORT_STAGE_sort];
+        if (target->has_max_error || scene->error_mode == SCENE_ERROR_ESTIMATE) {
+            stage_clock_next(clock, REPORT_STAGE_error, true);
+            status = measure_estimate(&measure, report, err);
+        }
+        if (status == STATUS_OK && target->has_max_error && aim_again(&aim, report)) {
+            stage_clock_next(clock, REPORT_STAGE_choose, true);
+            throw_away(clock->stage_ms);
+            again = true;
+        }
+    }
+    if (status == STATUS_OK && scene->error_mode == SCENE_ERROR_REFERENCE && !*lost) {
+        stage_clock_next(clock, REPORT_STAGE_error, true);
+        status = measure_reference(&measure, report, err);
+    }
+    return status;
+}
+
 /* One picture from beginning to end; *lost is set to the number of pixels that are no number. */
 static enum status render_once(struct renderer *renderer, const struct scene *scene,
-                               const struct asset_source *assets, bool may_walk,
+                               const struct asset_source *assets,
+                               const struct render_limits *limits, bool may_walk,
                                struct render_result *result, uint64_t *lost, struct error *err) {
     struct prepared prepared = {0};
     struct view world;
@@ -285,11 +380,14 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         .report = report,
         .clock = &clock,
     };
-    void *state = NULL;
+    struct drawing drawing = {&plan, renderer->surface, NULL, &picture};
     light_set_from_scene(&report->resolved, &picture.lights);
     size_t pixel_count = (size_t)result->width * (size_t)result->height;
+    size_t sample_count = (size_t)world.width * (size_t)world.height;
     result->pixels = malloc(pixel_count * 4 * sizeof *result->pixels);
-    if (!result->pixels) {
+    if (plan.measured && plan.path)
+        picture.met = calloc(sample_count, 1);
+    if (!result->pixels || (plan.measured && plan.path && !picture.met)) {
         status = error_fault(err, STATUS_OUT_OF_MEMORY, "/image", "no memory for %zu pixels",
                              pixel_count);
         goto done;
@@ -315,23 +413,15 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         (status = surface_pass_upload(renderer->surface, &picture, err)) != STATUS_OK)
         goto done;
     if (plan.solid || plan.media)
-        if ((status = path_state(renderer, plan.path, &state, err)) != STATUS_OK ||
-            (status = plan.path->prepare(state, &picture, err)) != STATUS_OK)
+        if ((status = path_state(renderer, plan.path, &drawing.path_state, err)) != STATUS_OK ||
+            (status = plan.path->prepare(drawing.path_state, &picture, err)) != STATUS_OK)
             goto done;
-
-    stage_clock_next(&clock, REPORT_STAGE_draw, true);
-    if ((status = draw(renderer, &plan, state, &picture, err)) != STATUS_OK)
-        goto done;
-    stage_clock_next(&clock, REPORT_STAGE_readback, true);
-    status = gl_resolve(renderer->programs, &renderer->samples, plan.k,
-                        report->resolved.image.background, &renderer->picture, &picture.cold, err);
-    if (status == STATUS_OK)
-        status = gl_target_read(&renderer->picture, result->pixels, err);
-    if (status == STATUS_OK)
-        *lost = check_finite(result);
+    status = fulfil(renderer, scene, assets, limits, &drawing, result, lost, err);
     stage_clock_stop(&clock, true);
+    resolve_objects(&report->resolved, &prepared);
 
 done:
+    free(picture.met);
     for (size_t i = 0; i < prepared.object_count; i++)
         bake_release(renderer->textures, prepared.objects[i].baked);
     prepared_finish(&renderer->caches, &prepared);
@@ -359,8 +449,16 @@ static bool chose_walk(const struct scene *scene, const struct render_result *re
 enum status renderer_render(struct renderer *renderer, const struct scene *scene,
                             const struct asset_source *assets, struct render_result *result,
                             struct error *err) {
+    struct render_limits limits = {.began_ms = clock_now_ms()};
+    return renderer_render_within(renderer, scene, assets, &limits, result, err);
+}
+
+enum status renderer_render_within(struct renderer *renderer, const struct scene *scene,
+                                   const struct asset_source *assets,
+                                   const struct render_limits *limits, struct render_result *result,
+                                   struct error *err) {
     uint64_t lost = 0;
-    enum status status = render_once(renderer, scene, assets, true, result, &lost, err);
+    enum status status = render_once(renderer, scene, assets, limits, true, result, &lost, err);
     if (status != STATUS_OK || lost == 0 || !chose_walk(scene, result))
         return status;
     /* A ray that lost its way gives no number (shaders/walk.frag): the cells are drawn instead, and
@@ -368,7 +466,7 @@ enum status renderer_render(struct renderer *renderer, const struct scene *scene
     struct report first = result->report;
     uint64_t still_lost = 0;
     render_result_finish(result);
-    status = render_once(renderer, scene, assets, false, result, &still_lost, err);
+    status = render_once(renderer, scene, assets, limits, false, result, &still_lost, err);
     if (status != STATUS_OK)
         return status;
     struct report *report = &result->report;

@@ -39,6 +39,19 @@ struct render_result {
 enum status renderer_render(struct renderer *renderer, const struct scene *scene,
                             const struct asset_source *assets, struct render_result *result,
                             struct error *err);
+
+/* What a deadline runs from, and what is done after drawing. */
+struct render_limits {
+    double began_ms;   /* CLOCK_MONOTONIC: the last byte of the request */
+    double reserve_ms; /* what the caller still has to do: encoding */
+};
+
+/* The same for a scene with target.deadline_ms: renderer_render() takes its own call for the
+ * beginning, and reserves nothing. */
+enum status renderer_render_within(struct renderer *renderer, const struct scene *scene,
+                                   const struct asset_source *assets,
+                                   const struct render_limits *limits, struct render_result *result,
+                                   struct error *err);
 void render_result_finish(struct render_result *result);
 
 /* The plan alone: result->report's plan, resolved, work and warnings are filled, nothing is drawn

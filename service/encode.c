@@ -237,6 +237,18 @@ enum status encode_image(enum encode_format format, const float *rgba, int width
                                 : encode_png(rgba, width, height, data, bytes, err);
 }
 
+double encode_expected_ms(enum encode_format format, int width, int height) {
+    double pixels = (double)width * height;
+    if (format == ENCODE_PNG)
+        return 4e-5 * pixels;
+    const char *loaded[MODULE_COUNT];
+    size_t count = module_loaded(loaded);
+    bool open = false;
+    for (size_t i = 0; i < count; i++)
+        open |= strcmp(loaded[i], module_describe(MODULE_IMAGE_OIIO)->name) == 0;
+    return 1e-4 * pixels + (open ? 0 : 400);
+}
+
 /* ---- base64 ---- */
 
 char *encode_base64(const unsigned char *data, size_t bytes, size_t *length) {

@@ -247,7 +247,11 @@ static enum status draw_here(struct run *run, const struct cli_scene *scene,
             return status;
     }
     struct render_result result = {0};
-    status = renderer_render(run->renderer, &scene->scene, assets, &result, err);
+    /* Opening OpenGL is not the scene's: the clock stands still meanwhile. */
+    struct render_limits limits = {
+        began_ms + opening_ms, encode_expected_ms(run->options->format, scene->scene.image.width,
+                                                  scene->scene.image.height)};
+    status = renderer_render_within(run->renderer, &scene->scene, assets, &limits, &result, err);
     if (status != STATUS_OK) {
         if (status == STATUS_GL_ERROR) { /* whatever state that left the context in */
             renderer_destroy(run->renderer);
@@ -262,6 +266,7 @@ static enum status draw_here(struct run *run, const struct cli_scene *scene,
     result.report.stage_ms[REPORT_STAGE_parse] = parsed_ms - began_ms;
     result.report.stage_ms[REPORT_STAGE_encode] = done_ms - drawn_ms;
     result.report.total_ms = done_ms - began_ms - opening_ms;
+    report_settle(&result.report);
     if (status == STATUS_OK) {
         picture->report = malloc(sizeof *picture->report);
         picture->report_json = wants_json(run->options) ? report_write(&result.report) : NULL;

@@ -27,6 +27,23 @@ static void print_passes(FILE *out, const char *title, const struct report_pass 
                 passes[i].why[0] ? ": " : "", passes[i].why);
 }
 
+static void print_error(FILE *out, const struct report_error *error) {
+    fprintf(out,
+            "  %-9s rmse %.3g +- %.1g (%s, %llu pixels): model %.3g +- %.1g, discretisation %.3g "
+            "+- %.1g\n",
+            "error", error->rmse, error->rmse_standard_error,
+            error->kind == REPORT_ERROR_ESTIMATE ? "estimate" : "reference",
+            (unsigned long long)error->pixels, error->model, error->model_standard_error,
+            error->discretisation, error->discretisation_standard_error);
+}
+
+static void print_target(FILE *out, const struct report_target *target) {
+    bool error = target->kind == REPORT_TARGET_MAX_ERROR;
+    fprintf(out, "  %-9s %s %.3g%s, %s: %.3g%s; %s\n", "target", error ? "error" : "deadline",
+            target->asked, error ? "" : " ms", target->met ? "met" : "missed", target->reached,
+            error ? "" : " ms", target->why);
+}
+
 void table_print_plan(FILE *out, const struct report *report) {
     print_passes(out, "passes", report->passes, report->pass_count);
     print_passes(out, "left out", report->left_out, report->left_out_count);
@@ -44,6 +61,10 @@ void table_print(FILE *out, const struct report *report, double start_ms) {
     fprintf(out, "  %s, %s, %s, %d thread%s\n", report->backend, report->gl_renderer,
             report->gl_version, report->threads, report->threads == 1 ? "" : "s");
     print_stages(out, report, start_ms);
+    if (report->error.kind != REPORT_ERROR_NONE)
+        print_error(out, &report->error);
+    if (report->target.kind != REPORT_TARGET_NONE)
+        print_target(out, &report->target);
     table_print_plan(out, report);
 }
 

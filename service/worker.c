@@ -25,6 +25,7 @@
 
 #include "api/scene.h"
 #include "renderer/render.h"
+#include "service/encode.h"
 #include "service/ipc.h"
 #include "service/memfd.h"
 #include "service/monotonic.h"
@@ -115,9 +116,15 @@ static enum status job_draw(struct worker_process *worker, const struct ipc_job 
     struct asset_source source = {asset_open, asset_close, worker};
     struct render_result result = {0};
     bool plan = job->kind == JOB_PLAN;
+    struct render_limits limits = {.began_ms = job->received_ms};
     if (status == STATUS_OK)
-        status = (plan ? renderer_plan : renderer_render)(worker->renderer, &scene, &source,
-                                                          &result, err);
+        limits.reserve_ms =
+            encode_expected_ms(job->format == JOB_FORMAT_EXR ? ENCODE_EXR : ENCODE_PNG,
+                               scene.image.width, scene.image.height);
+    if (status == STATUS_OK)
+        status =
+            plan ? renderer_plan(worker->renderer, &scene, &source, &result, err)
+                 : renderer_render_within(worker->renderer, &scene, &source, &limits, &result, err);
     if (status == STATUS_OK) {
         double *stage_ms = result.report.stage_ms;
         stage_ms[REPORT_STAGE_queue] +=

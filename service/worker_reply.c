@@ -78,6 +78,7 @@ enum status worker_reply_make(enum worker_reply what, enum job_format format, do
     double now_ms = monotonic_ms();
     report->stage_ms[REPORT_STAGE_encode] += now_ms - start_ms;
     report->total_ms = now_ms - received_ms;
+    report_settle(report);
     if (body.status == STATUS_OK && json)
         body_add_json(&body, report, base64, base64_length, err);
     if (body.status == STATUS_OK)

@@ -25,6 +25,7 @@
 #define FLAG_OCCLUDED    0x0020 /* opaque things exist: clip each segment at their depth */
 #define FLAG_EYE_INSIDE  0x0040 /* the eye may be inside a cell: clip each segment at the eye */
 #define FLAG_TEXTURED    0x0080 /* a surface with a base colour texture */
+#define FLAG_BLOCKS      0x0100 /* resolve: only blocks of pixels, one after another */
 
 #define LIGHTS_MAX 8
 
@@ -68,6 +69,9 @@
 #define BINDING_LINKS           8  /* usamplerBuffer: what lies across a cell's faces */
 #define BINDING_ENTRIES         9  /* usamplerBuffer: where rays enter a shell */
 #define BINDING_FIRST           10 /* usamplerBuffer: a sample's first entry */
+#define BINDING_BLOCKS          11 /* samplerBuffer: the blocks' lower left pixels */
+
+#define LOCATION_BLOCK 15 /* of the uniform in fullscreen.vert; programs' own begin at 0 */
 
 #define CELL_TEXELS 8
 #define WALK_TEXELS 6

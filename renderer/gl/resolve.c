@@ -17,11 +17,13 @@ void gl_target_begin(const struct gl_target *target) {
     }
 }
 
-enum status gl_resolve(struct gl_programs *programs, const struct gl_target *samples, int k,
-                       const double background[4], const struct gl_target *picture, bool *compiled,
-                       struct error *err) {
+/* Both ways; `blocks` NULL: every pixel. */
+static enum status resolve(struct gl_programs *programs, const struct gl_target *samples, int k,
+                           const struct gl_blocks *blocks, const double background[4],
+                           const struct gl_target *picture, bool *compiled, struct error *err) {
     GLuint program, array;
-    enum status status = gl_programs_get(programs, GL_PROGRAM_RESOLVE, 0, &program, compiled, err);
+    enum status status = gl_programs_get(programs, GL_PROGRAM_RESOLVE, blocks ? FLAG_BLOCKS : 0u,
+                                         &program, compiled, err);
     if (status != STATUS_OK)
         return status;
     float premultiplied[4];
@@ -35,9 +37,25 @@ enum status gl_resolve(struct gl_programs *programs, const struct gl_target *sam
     glProgramUniform1i(program, 0, k);
     glProgramUniform4fv(program, 1, 1, premultiplied);
     glBindTextureUnit(BINDING_SAMPLES, samples->color);
+    if (blocks) {
+        glProgramUniform3i(program, 2, blocks->side, picture->width, (GLint)blocks->count);
+        glBindTextureUnit(BINDING_BLOCKS, blocks->texture);
+    }
     glCreateVertexArrays(1, &array); /* empty: the triangle comes from no buffer */
-    glBindVertexArray(array);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    gl_blocks_draw(NULL, program, array);
     glDeleteVertexArrays(1, &array);
     return gl_check("resolving the samples", err);
+}
+
+enum status gl_resolve(struct gl_programs *programs, const struct gl_target *samples, int k,
+                       const double background[4], const struct gl_target *picture, bool *compiled,
+                       struct error *err) {
+    return resolve(programs, samples, k, NULL, background, picture, compiled, err);
+}
+
+enum status gl_resolve_blocks(struct gl_programs *programs, const struct gl_target *samples,
+                              const struct gl_blocks *blocks, const double background[4],
+                              bool *compiled, struct error *err) {
+    return resolve(programs, samples, blocks->k, blocks, background, &blocks->gathered, compiled,
+                   err);
 }

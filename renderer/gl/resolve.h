@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 
+#include "renderer/gl/blocks.h"
 #include "renderer/gl/program.h"
 #include "renderer/gl/target.h"
 
@@ -17,5 +18,10 @@ void gl_target_begin(const struct gl_target *target);
 enum status gl_resolve(struct gl_programs *programs, const struct gl_target *samples, int k,
                        const double background[4], const struct gl_target *picture, bool *compiled,
                        struct error *err);
+
+/* The same for blocks of pixels alone, into blocks->gathered, one pixel after another. */
+enum status gl_resolve_blocks(struct gl_programs *programs, const struct gl_target *samples,
+                              const struct gl_blocks *blocks, const double background[4],
+                              bool *compiled, struct error *err);
 
 #endif

@@ -12,6 +12,7 @@
 #include "renderer/asset/mesh.h"
 #include "renderer/asset/volume.h"
 #include "renderer/bake/volume_texture.h"
+#include "renderer/gl/blocks.h"
 #include "renderer/gl/clock.h"
 #include "renderer/gl/program.h"
 #include "renderer/gl/target.h"
@@ -48,7 +49,13 @@ struct picture {
     struct path_object *objects;
     size_t object_count;
     bool occluded; /* something opaque is drawn before the media */
-    bool cold;     /* set where a shader was compiled */
+    /* NULL: the whole picture. Else only these blocks: a path draws its full-screen passes with
+     * gl_blocks_draw(), and all others under the depth test, which lets nothing through elsewhere.
+     */
+    const struct gl_blocks *blocks;
+    uint8_t *met; /* NULL, or set by the path's `prepare` to 1 for each sample, the bottom row
+                     first, whose ray meets a shell */
+    bool cold;    /* set where a shader was compiled */
     struct report *report;
     struct stage_clock *clock;
 };

@@ -218,7 +218,7 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
     if (count == 0)
         return STATUS_OK;
     struct sort_result sorted;
-    enum status status = sort_tetrahedra(shells, count, &sorted, err);
+    enum status status = sort_tetrahedra(shells, count, picture->met, &sorted, err);
     if (status != STATUS_OK)
         return status;
     struct report_work *work = &picture->report->work;
@@ -403,7 +403,7 @@ static enum status tetra_draw_media(void *state, struct picture *picture, struct
     struct tetra *tetra = state;
     struct gl_target *target = picture->target;
     glDepthMask(GL_FALSE);
-    if (picture->occluded) {
+    if (picture->occluded || (picture->blocks && target->depth)) {
         /* Tested, and sampled by the shader for those that pass: both only read, which GL 4.5
          * section 9.3.1 allows. */
         glEnable(GL_DEPTH_TEST);

@@ -127,7 +127,8 @@ static enum status open_doors(struct walk_pass *pass, struct picture *picture,
                               struct error *err) {
     stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
     struct entries entries;
-    enum status status = entries_find(object->shell, &object->projection, &entries, err);
+    enum status status =
+        entries_find(object->shell, &object->projection, picture->met, &entries, err);
     if (status != STATUS_OK)
         return status;
     doors->start = entries.start;
@@ -220,8 +221,7 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);
     if (object->baked)
         bind_textures(object->baked);
-    glBindVertexArray(pass->array);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    gl_blocks_draw(picture->blocks, program, pass->array);
     picture->report->work.draws++;
     return gl_check("walking through a shell", err);
 }

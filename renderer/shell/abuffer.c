@@ -50,6 +50,12 @@ uint64_t abuffer_fragments(const struct abuffer *buffer) {
     return buffer->count;
 }
 
+void abuffer_mark(const struct abuffer *buffer, uint8_t *met) {
+    size_t samples = (size_t)buffer->width * (size_t)buffer->height;
+    for (size_t i = 0; i < samples; i++)
+        met[i] |= buffer->head[i] != 0;
+}
+
 static bool reserve(struct abuffer *buffer, uint64_t more) {
     if (buffer->count + more <= buffer->capacity)
         return true;

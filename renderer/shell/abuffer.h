@@ -26,6 +26,9 @@ enum status abuffer_draw(struct abuffer *buffer, const struct projection *projec
 
 uint64_t abuffer_fragments(const struct abuffer *buffer);
 
+/* Sets met[sample], bottom row first, to 1 where any face was drawn; leaves the others. */
+void abuffer_mark(const struct abuffer *buffer, uint8_t *met);
+
 enum status abuffer_relations(struct abuffer *buffer, struct relations *relations,
                               struct error *err);
 

@@ -22,7 +22,7 @@ static uint32_t cell_of_eye(const struct shell *shell, const double eye[3]) {
 }
 
 enum status entries_find(const struct shell *shell, const struct projection *projection,
-                         struct entries *entries, struct error *err) {
+                         uint8_t *met, struct entries *entries, struct error *err) {
     *entries = (struct entries){.start = LINK_NONE};
     const struct view *view = &projection->view;
     double eye[3]; /* orthographic: the direction toward it */
@@ -45,10 +45,14 @@ enum status entries_find(const struct shell *shell, const struct projection *pro
     if (status == STATUS_OK)
         status = abuffer_entries(buffer, &entries->first, &entries->entry, err);
     entries->count = abuffer_fragments(buffer);
+    if (met)
+        abuffer_mark(buffer, met);
     abuffer_destroy(buffer);
     if (status == STATUS_OK && projection->behind && !view->orthographic) {
         uint32_t cell = cell_of_eye(shell, eye);
         entries->start = cell == SHELL_NONE ? LINK_NONE : cell << 2;
+        if (met && cell != SHELL_NONE)
+            memset(met, 1, (size_t)view->width * (size_t)view->height);
     }
     return status;
 }

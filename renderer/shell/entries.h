@@ -18,9 +18,10 @@ struct entries {
 
 /* Draws the faces through which rays enter. `projection` must be in perspective where some vertex
  * is behind the eye: with parallel rays each would begin in a cell of its own.
- * STATUS_OUT_OF_MEMORY. */
+ * `met`: NULL, or set to 1 for each sample, bottom row first, whose ray is within the shell
+ * somewhere. STATUS_OUT_OF_MEMORY. */
 enum status entries_find(const struct shell *shell, const struct projection *projection,
-                         struct entries *entries, struct error *err);
+                         uint8_t *met, struct entries *entries, struct error *err);
 void entries_finish(struct entries *entries);
 
 /* A shell for walking: WALK_TEXELS texels a cell, and four links. With v_0 the first vertex

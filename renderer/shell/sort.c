@@ -231,7 +231,7 @@ done:
     return status;
 }
 
-enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_count,
+enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_count, uint8_t *met,
                             struct sort_result *result, struct error *err) {
     *result = (struct sort_result){0};
     if (shell_count > SORT_SHELLS_MAX)
@@ -267,6 +267,8 @@ enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_coun
             goto done;
     if ((status = abuffer_relations(buffer, &relations, err)) != STATUS_OK)
         goto done;
+    if (met)
+        abuffer_mark(buffer, met);
     result->fragments = abuffer_fragments(buffer);
     result->edges = relations.count;
     abuffer_destroy(buffer);

@@ -34,9 +34,10 @@ struct sort_result {
 
 enum { SORT_SHELLS_MAX = 64 };
 
-/* Sorts `shell_count` shells together. All projections are of one sample grid. The caller frees
+/* Sorts `shell_count` shells together. All projections are of one sample grid. `met`: NULL, or set
+ * to 1 for each sample, bottom row first, whose ray meets one of them. The caller frees
  * result->order. STATUS_OUT_OF_MEMORY, STATUS_TOO_COMPLEX. */
-enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_count,
+enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_count, uint8_t *met,
                             struct sort_result *result, struct error *err);
 
 /* > 0 where the eye lies on the tetrahedron's own side of its face k (rays leave through it), < 0

@@ -47,7 +47,7 @@ static int measure(long tetrahedra, int repeats) {
     struct sort_result result = {0};
     for (int i = -1; i < repeats; i++) { /* the first run warms */
         double began_ms = clock_now_ms();
-        if (sort_tetrahedra(&(struct sort_shell){shell, &projection}, 1, &result, &err) !=
+        if (sort_tetrahedra(&(struct sort_shell){shell, &projection}, 1, NULL, &result, &err) !=
             STATUS_OK)
             goto done;
         double ms = clock_now_ms() - began_ms;

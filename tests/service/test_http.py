@@ -11,7 +11,7 @@ import time
 
 from harness import LONG, PELT, SHELL, SMALL, Daemon, main, read_reply, scene
 
-STAGES = "queue parse assets bake upload sort shadow draw readback encode".split()
+STAGES = "queue parse assets bake upload sort shadow choose draw readback error encode".split()
 
 
 def timings(reply):

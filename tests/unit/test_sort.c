@@ -138,7 +138,7 @@ static void test_order(void **state) {
                 assert_int_equal(shell_build(mesh, 0.15, tiles, "", &shell, &err), STATUS_OK);
                 look_at(shell, eyes[e], ortho, 64, &projection);
                 struct sort_shell one = {shell, &projection};
-                assert_int_equal(sort_tetrahedra(&one, 1, &sorted, &err), STATUS_OK);
+                assert_int_equal(sort_tetrahedra(&one, 1, NULL, &sorted, &err), STATUS_OK);
                 assert_int_equal(sorted.cycles, 0);
                 check_order(shell, &projection, &sorted);
                 free(sorted.order);
@@ -181,7 +181,7 @@ static void test_cycle(void **state) {
     struct sort_shell one = {&shell, &projection};
     struct sort_result sorted;
     struct error err = {0};
-    assert_int_equal(sort_tetrahedra(&one, 1, &sorted, &err), STATUS_OK);
+    assert_int_equal(sort_tetrahedra(&one, 1, NULL, &sorted, &err), STATUS_OK);
     assert_int_equal(sorted.count, 3);
     assert_int_equal(sorted.cycles, 1);
     assert_int_equal(sorted.cycle_tetra, 3);
@@ -211,7 +211,7 @@ static void test_two_shells(void **state) {
                 far.clip[v][i] *= 5.0 / 3;
         struct sort_shell both[2] = {{shell, swap ? &far : &near}, {shell, swap ? &near : &far}};
         struct sort_result sorted;
-        assert_int_equal(sort_tetrahedra(both, 2, &sorted, &err), STATUS_OK);
+        assert_int_equal(sort_tetrahedra(both, 2, NULL, &sorted, &err), STATUS_OK);
         assert_int_equal(sorted.cycles, 0);
         /* Wherever both cover a sample, the far one's boundary cells come first. */
         uint32_t far_shell = swap ? 0 : 1;
@@ -244,10 +244,11 @@ static void test_nothing(void **state) {
     struct sort_shell one = {&shell, &projection};
     struct sort_result sorted;
     struct error err = {0};
-    assert_int_equal(sort_tetrahedra(&one, 1, &sorted, &err), STATUS_OK);
+    assert_int_equal(sort_tetrahedra(&one, 1, NULL, &sorted, &err), STATUS_OK);
     assert_int_equal(sorted.count, 0);
     assert_null(sorted.order);
-    assert_int_equal(sort_tetrahedra(&one, SORT_SHELLS_MAX + 1, &sorted, &err), STATUS_TOO_COMPLEX);
+    assert_int_equal(sort_tetrahedra(&one, SORT_SHELLS_MAX + 1, NULL, &sorted, &err),
+                     STATUS_TOO_COMPLEX);
     error_clear(&err);
 }
 

@@ -1,0 +1,304 @@
+/* See aim.h.
+ *
+ * Error. e(q) is the difference between the pixels at the quality q and at one at least four times
+ * as fine; between two trials it is taken as a power of q, and the setting found that way is tried
+ * itself before it is used. The goal is what the model error leaves, less a sixth, since few pixels
+ * stand for all.
+ *
+ * Time. Drawing n of E blocks at q takes a + n (b + c q): three trials (one block; a share at two
+ * qualities) give the three, and the whole picture takes a + E (b + c q). */
+#include "renderer/aim.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    TRIAL_EVERY = 32,       /* of how many blocks one is drawn in a trial */
+    TRIAL_PIXELS_MIN = 512, /* at the least, if there are as many */
+    SAMPLES_MAX = 4096,     /* as for quality.samples */
+    TRIES_MAX = 12,         /* trials before what is known has to do */
+    AGAIN_MAX = 2           /* pictures that are drawn again */
+};
+
+static const double MARGIN = 5.0 / 6, ORDER_MIN = 0.5, ORDER_MAX = 2.5;
+
+/* Trials end where an object takes more steps than any scene may ask for, or a single one. */
+static const double FACTOR_MAX = 64, FACTOR_MIN = 1.0 / 64;
+
+/* Past this many times the default a deadline buys nothing that can be seen: an error of second
+ * order is a hundredth of the default's. */
+static const double DEADLINE_FACTOR_MAX = 8;
+
+static const double DEADLINE_MARGIN = 0.88;
+
+static bool is_free(const struct path_object *object) {
+    return object->shell && object->object->quality.samples == 0 && !object->volume->homogeneous;
+}
+
+bool aim_is_free(const struct drawing *drawing) {
+    for (size_t i = 0; i < drawing->picture->object_count; i++)
+        if (is_free(&drawing->picture->objects[i]))
+            return true;
+    return false;
+}
+
+/* What the objects' own defaults are, so that factors are always on those. */
+struct defaults {
+    int samples[SCENE_OBJECTS_MAX];
+};
+
+static void set_factor(struct picture *picture, const struct defaults *defaults, double factor) {
+    for (size_t i = 0; i < picture->object_count; i++) {
+        struct path_object *object = &picture->objects[i];
+        if (is_free(object))
+            object->samples =
+                (int)fmin(SAMPLES_MAX, fmax(1, ceil(defaults->samples[i] * factor - 1e-9)));
+    }
+}
+
+static bool all_at(const struct picture *picture, int samples) {
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (is_free(&picture->objects[i]) && picture->objects[i].samples != samples)
+            return false;
+    return true;
+}
+
+struct trials {
+    const struct aim *aim;
+    struct report *report;
+    struct defaults defaults;
+    float (*fine)[4]; /* the pixels at fine_factor */
+    double fine_factor;
+    uint8_t *met_pixels;
+    double trial_ms; /* of the last one */
+};
+
+static enum status try_factor(struct trials *trials, double factor, struct error *err) {
+    const struct measure *measure = trials->aim->measure;
+    struct picture *picture = measure->drawing->picture;
+    struct report_work work = picture->report->work;
+    set_factor(picture, &trials->defaults, factor);
+    enum status status = probe_draw(measure->probe, measure->drawing,
+                                    measure->scene->image.background, 1, &trials->trial_ms, err);
+    picture->report->work = work;
+    trials->report->target.trials++;
+    return status;
+}
+
+/* Draws the pixels as finely as `factor` and keeps them to compare with. */
+static enum status refine(struct trials *trials, double factor, struct error *err) {
+    const struct probe *probe = trials->aim->measure->probe;
+    enum status status = try_factor(trials, factor, err);
+    if (status != STATUS_OK)
+        return status;
+    if (!trials->fine)
+        trials->fine = malloc((probe->count + 1) * sizeof *trials->fine);
+    if (!trials->fine)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for trials");
+    memcpy(trials->fine, probe->pixels, probe->count * sizeof *trials->fine);
+    trials->fine_factor = factor;
+    return STATUS_OK;
+}
+
+/* *error: the discretisation error of the trial pixels at `factor`. */
+static enum status error_at(struct trials *trials, double factor, double *error,
+                            struct error *err) {
+    const struct probe *probe = trials->aim->measure->probe;
+    enum status status = try_factor(trials, factor, err);
+    double sum = 0, count = 0;
+    for (size_t n = 0; n < probe->count && status == STATUS_OK; n++) {
+        double square = 0;
+        for (int i = 0; i < 4; i++) {
+            double difference = (double)probe->pixels[n][i] - (double)trials->fine[n][i];
+            square += difference * difference / 4;
+        }
+        if (!trials->met_pixels[probe->index[n]] || !isfinite(square))
+            continue;
+        sum += square;
+        count++;
+    }
+    double ratio = trials->fine_factor / factor;
+    *error = count > 0 ? sqrt(sum / count) / (1 - pow(ratio, -1.7)) : 0;
+    return status;
+}
+
+static double clamp(double x, double low, double high) {
+    return fmin(fmax(x, low), high);
+}
+
+/* The factor at which a power law through (q0, e0) and (q1, e1) is `goal`. */
+static double solve(double q0, double e0, double q1, double e1, double goal) {
+    if (!(e0 > 0 && e1 > 0))
+        return q1;
+    double order = clamp(log(e0 / e1) / log(q1 / q0), ORDER_MIN, ORDER_MAX);
+    return q1 * pow(e1 / goal, 1 / order);
+}
+
+/* The least factor whose error is at most `goal`; *error: what it was found to be. */
+static enum status find_factor(struct trials *trials, double goal, double *factor, double *error,
+                               struct error *err) {
+    double q = 1, e, q_before = 0, e_before = 0;
+    enum status status = error_at(trials, q, &e, err);
+    /* A bracket: the goal lies between q_before and q, a factor of four apart. */
+    bool down = e <= goal;
+    while (status == STATUS_OK && trials->report->target.trials < TRIES_MAX &&
+           (down ? e <= goal : e > goal)) {
+        q_before = q;
+        e_before = e;
+        double next = down ? q / 4 : q * 4;
+        if (next > FACTOR_MAX || next < FACTOR_MIN)
+            break;
+        if (next * 4 > trials->fine_factor)
+            status = refine(trials, next * 4, err);
+        if (status == STATUS_OK)
+            status = error_at(trials, next, &e, err);
+        q = next;
+        if (all_at(trials->aim->measure->drawing->picture, down ? 1 : SAMPLES_MAX))
+            break;
+    }
+    *factor = q;
+    *error = e;
+    if (status != STATUS_OK || q_before == 0 || (down ? e <= goal : e > goal))
+        return status; /* the end of what may be chosen */
+    double good = down ? q_before : q, e_good = down ? e_before : e;
+    double bad = down ? q : q_before, e_bad = down ? e : e_before;
+    /* Within it, by the secant of the logarithms; twice is within some per cent. */
+    for (int round = 0; round < 2 && status == STATUS_OK && good / bad > 1.1; round++) {
+        q = clamp(solve(bad, e_bad, good, e_good, goal * 0.97), bad * 1.03, good);
+        if (q * 1.03 >= good)
+            break;
+        status = error_at(trials, q, &e, err);
+        if (e <= goal) {
+            good = q;
+            e_good = e;
+        } else {
+            bad = q;
+            e_bad = e;
+        }
+    }
+    *factor = good;
+    *error = e_good;
+    return status;
+}
+
+static enum status choose_for_error(struct trials *trials, double asked, struct error *err) {
+    const struct aim *aim = trials->aim;
+    struct report_target *target = &trials->report->target;
+    enum status status = refine(trials, 4, err);
+    if (status != STATUS_OK)
+        return status;
+    /* What no quality can mend. */
+    struct measure_model model;
+    status = measure_model(aim->measure, trials->fine, trials->met_pixels,
+                           fmax(20, 4 * trials->trial_ms), &model, err);
+    if (status != STATUS_OK)
+        return status;
+    double model_rmse = isnan(model.rmse) ? 0 : model.rmse, factor, error;
+    bool within_reach = model_rmse < asked;
+    double left = within_reach ? sqrt(asked * asked - model_rmse * model_rmse) : 0;
+    /* Where the model error is nearly all that may be, or more, finer steps than a third of it are
+     * wasted. */
+    double goal = fmax(MARGIN * left, model_rmse / 3);
+    status = find_factor(trials, goal, &factor, &error, err);
+    set_factor(aim->measure->drawing->picture, &trials->defaults, factor);
+    target->reached = hypot(error, model_rmse);
+    snprintf(target->why, sizeof target->why,
+             within_reach ? "%.3g times the default samples: discretisation about %.2g, model %.2g"
+                          : "%.3g times the default samples: discretisation about %.2g; the path's "
+                            "own model error, %.2g, is more than was asked",
+             factor, error, model_rmse);
+    return status;
+}
+
+static enum status choose_for_time(struct trials *trials, struct error *err) {
+    const struct aim *aim = trials->aim;
+    const struct measure *measure = aim->measure;
+    const struct scene_image *image = &measure->scene->image;
+    struct probe *probe = measure->probe;
+    int k = measure->drawing->plan->k;
+    double low = 0.25, high = 1;
+    double began = clock_now_ms(), blocks = probe->blocks.count, low_ms, high_ms;
+    double eligible = (double)probe_eligible(image->width, image->height, k, 0, measure->met);
+    /* The first trial of a process pays for compiling. */
+    enum status status = try_factor(trials, low, err);
+    if (status == STATUS_OK)
+        status = try_factor(trials, low, err);
+    low_ms = trials->trial_ms;
+    if (status == STATUS_OK)
+        status = try_factor(trials, high, err);
+    high_ms = trials->trial_ms;
+    if (status == STATUS_OK)
+        status = probe_choose(probe, image->width, image->height, k, 0, measure->met,
+                              2 * fmax(eligible, 1), err);
+    if (status == STATUS_OK)
+        status = try_factor(trials, low, err);
+    if (status != STATUS_OK)
+        return status;
+    double fixed = fmin(trials->trial_ms, low_ms), more = fmax(1, blocks - probe->blocks.count);
+    double each = fmax(0, low_ms - fixed) / more;
+    double slope = fmax(0, high_ms - low_ms) / (more * (high - low));
+    /* fixed + eligible (each + slope (q - low)) = what is left */
+    double left = DEADLINE_MARGIN * (aim->left_ms - (clock_now_ms() - began));
+    double q =
+        slope > 0 ? low + ((left - fixed) / fmax(eligible, 1) - each) / slope : DEADLINE_FACTOR_MAX;
+    q = clamp(q, FACTOR_MIN, DEADLINE_FACTOR_MAX);
+    set_factor(measure->drawing->picture, &trials->defaults, q);
+    double expected = fixed + eligible * (each + slope * (q - low));
+    snprintf(trials->report->target.why, sizeof trials->report->target.why,
+             expected <= aim->left_ms
+                 ? "%.3g times the default samples: drawing was expected to take %.0f ms of %.0f"
+                 : "%.3g times the default samples, the least there are: drawing was expected to "
+                   "take %.0f ms, and %.0f were left",
+             q, fmax(expected, 0), fmax(left, 0));
+    return STATUS_OK;
+}
+
+enum status aim_choose(const struct aim *aim, struct report *report, struct error *err) {
+    const struct measure *measure = aim->measure;
+    const struct scene *scene = measure->scene;
+    const struct scene_image *image = &scene->image;
+    struct picture *picture = measure->drawing->picture;
+    int k = measure->drawing->plan->k;
+    struct trials trials = {.aim = aim, .report = report};
+    for (size_t i = 0; i < picture->object_count; i++)
+        trials.defaults.samples[i] = picture->objects[i].samples;
+    trials.met_pixels = measure_met_pixels(measure->met, image->width, image->height, k);
+    if (!trials.met_pixels)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for trials");
+    int side = probe_block_side(image->width, image->height, k);
+    double eligible =
+        (double)probe_eligible(image->width, image->height, k, side, measure->met) * side * side;
+    double every = clamp(eligible / TRIAL_PIXELS_MIN, 1, TRIAL_EVERY);
+    enum status status = probe_choose(measure->probe, image->width, image->height, k, side,
+                                      measure->met, every, err);
+    if (status == STATUS_OK)
+        status = scene->target.has_max_error
+                     ? choose_for_error(&trials, scene->target.max_error, err)
+                     : choose_for_time(&trials, err);
+    free(trials.fine);
+    free(trials.met_pixels);
+    return status;
+}
+
+bool aim_again(const struct aim *aim, struct report *report) {
+    struct report_target *target = &report->target;
+    const struct report_error *error = &report->error;
+    double model = isnan(error->model) ? 0 : error->model;
+    target->reached = isnan(error->rmse) ? error->discretisation : error->rmse;
+    target->met = target->reached <= target->asked;
+    struct picture *picture = aim->measure->drawing->picture;
+    if (target->met || model >= target->asked || all_at(picture, SAMPLES_MAX) ||
+        !aim_is_free(aim->measure->drawing) || target->redrawn == AGAIN_MAX)
+        return false;
+    double left = sqrt(target->asked * target->asked - model * model);
+    /* By the least order there may be: one picture more is dearer than a few samples. */
+    double factor = clamp(error->discretisation / (MARGIN * left), 1.1, 4);
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (is_free(&picture->objects[i]))
+            picture->objects[i].samples =
+                (int)fmin(SAMPLES_MAX, ceil(picture->objects[i].samples * factor));
+    target->redrawn++;
+    return true;
+}
