@@ -33,13 +33,15 @@ static const double DEADLINE_FACTOR_MAX = 8;
 
 static const double DEADLINE_MARGIN = 0.88;
 
-static bool is_free(const struct path_object *object) {
-    return object->shell && object->object->quality.samples == 0 && !object->volume->homogeneous;
+static bool is_free(const struct measure *measure, size_t i) {
+    const struct path_object *object = &measure->drawing->picture->objects[i];
+    return object->shell && !object->volume->homogeneous &&
+           measure->scene->objects[i].quality.samples == 0;
 }
 
-bool aim_is_free(const struct drawing *drawing) {
-    for (size_t i = 0; i < drawing->picture->object_count; i++)
-        if (is_free(&drawing->picture->objects[i]))
+bool aim_is_free(const struct measure *measure) {
+    for (size_t i = 0; i < measure->drawing->picture->object_count; i++)
+        if (is_free(measure, i))
             return true;
     return false;
 }
@@ -49,18 +51,21 @@ struct defaults {
     int samples[SCENE_OBJECTS_MAX];
 };
 
-static void set_factor(struct picture *picture, const struct defaults *defaults, double factor) {
+static void set_factor(const struct measure *measure, const struct defaults *defaults,
+                       double factor) {
+    struct picture *picture = measure->drawing->picture;
     for (size_t i = 0; i < picture->object_count; i++) {
         struct path_object *object = &picture->objects[i];
-        if (is_free(object))
+        if (is_free(measure, i))
             object->samples =
                 (int)fmin(SAMPLES_MAX, fmax(1, ceil(defaults->samples[i] * factor - 1e-9)));
     }
 }
 
-static bool all_at(const struct picture *picture, int samples) {
+static bool all_at(const struct measure *measure, int samples) {
+    const struct picture *picture = measure->drawing->picture;
     for (size_t i = 0; i < picture->object_count; i++)
-        if (is_free(&picture->objects[i]) && picture->objects[i].samples != samples)
+        if (is_free(measure, i) && picture->objects[i].samples != samples)
             return false;
     return true;
 }
@@ -79,7 +84,7 @@ static enum status try_factor(struct trials *trials, double factor, struct error
     const struct measure *measure = trials->aim->measure;
     struct picture *picture = measure->drawing->picture;
     struct report_work work = picture->report->work;
-    set_factor(picture, &trials->defaults, factor);
+    set_factor(measure, &trials->defaults, factor);
     enum status status = probe_draw(measure->probe, measure->drawing,
                                     measure->scene->image.background, 1, &trials->trial_ms, err);
     picture->report->work = work;
@@ -155,7 +160,7 @@ static enum status find_factor(struct trials *trials, double goal, double *facto
         if (status == STATUS_OK)
             status = error_at(trials, next, &e, err);
         q = next;
-        if (all_at(trials->aim->measure->drawing->picture, down ? 1 : SAMPLES_MAX))
+        if (all_at(trials->aim->measure, down ? 1 : SAMPLES_MAX))
             break;
     }
     *factor = q;
@@ -202,7 +207,7 @@ static enum status choose_for_error(struct trials *trials, double asked, struct 
      * wasted. */
     double goal = fmax(MARGIN * left, model_rmse / 3);
     status = find_factor(trials, goal, &factor, &error, err);
-    set_factor(aim->measure->drawing->picture, &trials->defaults, factor);
+    set_factor(aim->measure, &trials->defaults, factor);
     target->reached = hypot(error, model_rmse);
     snprintf(target->why, sizeof target->why,
              within_reach ? "%.3g times the default samples: discretisation about %.2g, model %.2g"
@@ -244,7 +249,7 @@ static enum status choose_for_time(struct trials *trials, struct error *err) {
     double q =
         slope > 0 ? low + ((left - fixed) / fmax(eligible, 1) - each) / slope : DEADLINE_FACTOR_MAX;
     q = clamp(q, FACTOR_MIN, DEADLINE_FACTOR_MAX);
-    set_factor(measure->drawing->picture, &trials->defaults, q);
+    set_factor(measure, &trials->defaults, q);
     double expected = fixed + eligible * (each + slope * (q - low));
     snprintf(trials->report->target.why, sizeof trials->report->target.why,
              expected <= aim->left_ms
@@ -289,14 +294,14 @@ bool aim_again(const struct aim *aim, struct report *report) {
     target->reached = isnan(error->rmse) ? error->discretisation : error->rmse;
     target->met = target->reached <= target->asked;
     struct picture *picture = aim->measure->drawing->picture;
-    if (target->met || model >= target->asked || all_at(picture, SAMPLES_MAX) ||
-        !aim_is_free(aim->measure->drawing) || target->redrawn == AGAIN_MAX)
+    if (target->met || model >= target->asked || all_at(aim->measure, SAMPLES_MAX) ||
+        !aim_is_free(aim->measure) || target->redrawn == AGAIN_MAX)
         return false;
     double left = sqrt(target->asked * target->asked - model * model);
     /* By the least order there may be: one picture more is dearer than a few samples. */
     double factor = clamp(error->discretisation / (MARGIN * left), 1.1, 4);
     for (size_t i = 0; i < picture->object_count; i++)
-        if (is_free(&picture->objects[i]))
+        if (is_free(aim->measure, i))
             picture->objects[i].samples =
                 (int)fmin(SAMPLES_MAX, ceil(picture->objects[i].samples * factor));
     target->redrawn++;

@@ -15,7 +15,7 @@ struct aim {
 };
 
 /* Whether there is anything to choose. */
-bool aim_is_free(const struct drawing *drawing);
+bool aim_is_free(const struct measure *measure);
 
 /* Sets path_object.samples of every object that leaves them out, and fills report->target but for
  * `met` and `reached`. Statuses of probe_draw() and measure_model(). Blocks: some per cent of what

@@ -30,6 +30,10 @@ static const double MODEL_TOLERANCE = 1e-4;
 /* A reference is made ready at some 1.3 to 2 us a prism (measured: 4,096 to 27,648 of them). */
 static const double WORLD_MS_PER_PRISM = 2e-3;
 
+/* A model error may cost a tenth of what the picture took, or this, which makes some ten pixels of
+ * most scenes. */
+static const double MODEL_MS_MIN = 10;
+
 /* ---- sums of squares ---- */
 
 /* Mean squares of pixels' differences; of each the mean over its channels. */
@@ -438,7 +442,7 @@ enum status measure_estimate(const struct measure *measure, struct report *repor
     struct measure_model model;
     double spent = clock_now_ms() - began;
     status = measure_model(measure, probe->pixels, met_pixels,
-                           fmax(4, 0.1 * (measure->spent_ms + spent)), &model, err);
+                           fmax(MODEL_MS_MIN, 0.1 * (measure->spent_ms + spent)), &model, err);
     if (status != STATUS_OK)
         goto done;
     out->model = model.rmse * share;

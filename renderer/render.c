@@ -318,7 +318,7 @@ static enum status fulfil(struct renderer *renderer, const struct scene *scene,
                  "nothing to choose: no object that could be drawn better or faster leaves out its "
                  "quality");
     }
-    if (report->target.kind != REPORT_TARGET_NONE && aim_is_free(drawing)) {
+    if (report->target.kind != REPORT_TARGET_NONE && aim_is_free(&measure)) {
         stage_clock_next(clock, REPORT_STAGE_choose, true);
         double samples = (double)picture->world.width * picture->world.height;
         aim.left_ms = limits->began_ms + target->deadline_ms - limits->reserve_ms -

@@ -19,6 +19,7 @@
 #include "renderer/path/path.h"
 #include "renderer/path/resident.h"
 #include "renderer/path/walk.h"
+#include "renderer/shell/entries.h"
 #include "renderer/shell/sort.h"
 
 enum { DEVICE_BYTES_MAX = 512 << 20 };
@@ -299,6 +300,13 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         const struct path_object *object = &picture->objects[i];
         if (!object->shell || !volume_has_solid(object->volume) || object->walk)
             continue;
+        if (picture->met) { /* they need no order: the A-buffer is made for this alone */
+            struct entries entries;
+            status = entries_find(object->shell, &object->projection, picture->met, &entries, err);
+            entries_finish(&entries);
+            if (status != STATUS_OK)
+                break;
+        }
         for (uint32_t t = 0; t < object->shell->tetra_count; t++)
             if (!append_outline(&tetra->solids, object, (uint32_t)i, t)) {
                 status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for outlines");

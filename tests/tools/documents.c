@@ -1,5 +1,6 @@
 /* Writes reports and problem documents of every sort, for the test that holds them to their
  * schemas. One line each: "report" or "problem", a space, the document. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,6 +25,10 @@ static void print_reports(void) {
     static struct report report;
     read_scene(&arena, &report.resolved, "{\"objects\": [{\"mesh\": {\"shape\": \"plane\"}}]}");
     print("report", report_write(&report));
+    report.error = (struct report_error){.kind = REPORT_ERROR_REFERENCE, .psnr_db = INFINITY};
+    report.target =
+        (struct report_target){.kind = REPORT_TARGET_DEADLINE_MS, .asked = 20, .reached = 21};
+    print("report", report_write(&report));
 
     /* Everything at its fullest, with texts that are too long or not UTF-8. */
     char longest[600];
@@ -32,6 +37,16 @@ static void print_reports(void) {
     for (int i = 0; i < REPORT_STAGE_COUNT; i++)
         report.stage_ms[i] = 0.1 * i;
     report.total_ms = 1e9;
+    report.error = (struct report_error){.kind = REPORT_ERROR_ESTIMATE,
+                                         .pixels = UINT64_MAX,
+                                         .rmse = 0.1,
+                                         .max_abs = INFINITY,
+                                         .p99 = NAN,
+                                         .psnr_db = -3,
+                                         .model_pixels = 9};
+    report.target =
+        (struct report_target){.kind = REPORT_TARGET_MAX_ERROR, .asked = 0.01, .met = true};
+    memset(report.target.why, 'y', sizeof report.target.why - 1);
     report.clock = REPORT_CLOCK_QUERY;
     report.cold = true;
     strcpy(report.backend, "egl");

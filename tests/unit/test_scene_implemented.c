@@ -11,10 +11,6 @@ static void what_is_not_drawn(void **state) {
         const char *scene, *pointer;
     } rows[] = {
         {LEAST(", \"lights\": [{}, {\"shadow\": true}]"), "/lights/1/shadow"},
-        {LEAST(", \"target\": {\"max_error\": 0.1}"), "/target/max_error"},
-        {LEAST(", \"target\": {\"deadline_ms\": 100}"), "/target/deadline_ms"},
-        {LEAST(", \"report\": {\"error\": \"estimate\"}"), "/report/error"},
-        {LEAST(", \"report\": {\"error\": \"reference\"}"), "/report/error"},
         {ONE("{\"skeleton\": {\"builtin\": \"elm\"}}"), "/objects/0/skeleton"},
         {ONE("{" FUR ", \"path\": \"slicing\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"gdm\"}"), "/objects/0/path"},
@@ -52,6 +48,8 @@ static void what_is_drawn(void **state) {
     static const char *const scenes[] = {
         LEAST(""),
         LEAST(", \"lights\": [{\"shadow\": false}], \"report\": {\"error\": \"none\"}"),
+        LEAST(", \"target\": {\"max_error\": 0.1}, \"report\": {\"error\": \"estimate\"}"),
+        LEAST(", \"target\": {\"deadline_ms\": 100}, \"report\": {\"error\": \"reference\"}"),
         ONE("{" FUR ", \"path\": \"auto\"}"),
         ONE("{" FUR ", \"path\": \"tetra\", \"quality\": {\"samples\": 9, \"order\": \"sorted\", "
             "\"traversal\": \"fixed\"}}"),
