@@ -235,8 +235,8 @@ static enum status choose_for_time(struct trials *trials, struct error *err) {
         status = try_factor(trials, high, err);
     high_ms = trials->trial_ms;
     if (status == STATUS_OK)
-        status = probe_choose(probe, image->width, image->height, k, 0, measure->met,
-                              2 * fmax(eligible, 1), err);
+        status = probe_choose(probe, image->width, image->height, k, 0, measure->met, NULL,
+                              fmax(eligible, 1), err);
     if (status == STATUS_OK)
         status = try_factor(trials, low, err);
     if (status != STATUS_OK)
@@ -277,7 +277,7 @@ enum status aim_choose(const struct aim *aim, struct report *report, struct erro
         (double)probe_eligible(image->width, image->height, k, side, measure->met) * side * side;
     double every = clamp(eligible / TRIAL_PIXELS_MIN, 1, TRIAL_EVERY);
     enum status status = probe_choose(measure->probe, image->width, image->height, k, side,
-                                      measure->met, every, err);
+                                      measure->met, NULL, every, err);
     if (status == STATUS_OK)
         status = scene->target.has_max_error
                      ? choose_for_error(&trials, scene->target.max_error, err)

@@ -36,39 +36,74 @@ static const double MODEL_MS_MIN = 10;
 
 /* ---- sums of squares ---- */
 
-/* Mean squares of pixels' differences; of each the mean over its channels. */
+/* Squares of pixels' differences, each the mean over its channels, weighted by the inverse of the
+ * chance with which the pixel's block was chosen. Blocks are what was drawn by lot, so the standard
+ * error comes from their sums: pixels of one are alike. */
 struct squares {
-    double sum, sum_of_squares, largest; /* largest: of a channel */
+    double sum, weights, largest; /* largest: of a channel */
+    double block_sum, block_weights;
+    double ss, sw, ww; /* of the blocks: products of their sums and weights */
     size_t count;
 };
 
-static void squares_add(struct squares *squares, const double difference[4]) {
+static double squares_add(struct squares *squares, const double difference[4], double weight) {
     double mean = 0;
     for (int i = 0; i < 4; i++) {
         mean += difference[i] * difference[i] / 4;
         squares->largest = fmax(squares->largest, fabs(difference[i]));
     }
-    squares->sum += mean;
-    squares->sum_of_squares += mean * mean;
+    squares->block_sum += weight * mean;
+    squares->block_weights += weight;
     squares->count++;
+    return mean;
+}
+
+static void squares_end_block(struct squares *squares) {
+    double s = squares->block_sum, w = squares->block_weights;
+    squares->sum += s;
+    squares->weights += w;
+    squares->ss += s * s;
+    squares->sw += s * w;
+    squares->ww += w * w;
+    squares->block_sum = squares->block_weights = 0;
 }
 
 static double squares_rmse(const struct squares *squares) {
-    return squares->count ? sqrt(squares->sum / (double)squares->count) : 0;
+    return squares->weights > 0 ? sqrt(squares->sum / squares->weights) : 0;
 }
 
-/* Of the RMSE, to first order: that of the mean square over twice the RMSE. */
+/* Of the RMSE, to first order: that of the mean square, a ratio of two sums over blocks, over twice
+ * the RMSE. */
 static double squares_standard_error(const struct squares *squares) {
-    double n = (double)squares->count, rmse = squares_rmse(squares);
-    if (squares->count < 2 || rmse == 0)
+    double rmse = squares_rmse(squares), mean = rmse * rmse;
+    if (rmse == 0)
         return 0;
-    double variance = fmax(0, squares->sum_of_squares - squares->sum * squares->sum / n) / (n - 1);
-    return sqrt(variance / n) / (2 * rmse);
+    double variance = squares->ss - 2 * mean * squares->sw + mean * mean * squares->ww;
+    return sqrt(fmax(0, variance)) / squares->weights / (2 * rmse);
 }
 
-static int compare_doubles(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
+/* A pixel's error, and for how many it stands. */
+struct weighted {
+    double error, weight;
+};
+
+static int compare_weighted(const void *a, const void *b) {
+    double x = ((const struct weighted *)a)->error, y = ((const struct weighted *)b)->error;
     return (x > y) - (x < y);
+}
+
+/* The smallest error that at least 99 % do not exceed. */
+static double percentile_99(struct weighted *errors, size_t count) {
+    double all = 0, sum = 0;
+    qsort(errors, count, sizeof *errors, compare_weighted);
+    for (size_t n = 0; n < count; n++)
+        all += errors[n].weight;
+    for (size_t n = 0; n < count; n++) {
+        sum += errors[n].weight;
+        if (sum >= 0.99 * all)
+            return errors[n].error;
+    }
+    return 0;
 }
 
 static bool finite_pixel(const float p[4]) {
@@ -179,9 +214,12 @@ static enum status judge(const struct measure *measure, const struct reference_r
         }
         if (!(truth->touched[n] || drawn_on) || !finite_pixel(limit) || !finite_pixel(drawn))
             continue;
-        squares_add(&model, of_model);
-        squares_add(&discretisation, of_steps);
-        squares_add(&total, of_both);
+        struct squares *sums[3] = {&model, &discretisation, &total};
+        const double *differences[3] = {of_model, of_steps, of_both};
+        for (int i = 0; i < 3; i++) {
+            squares_add(sums[i], differences[i], 1);
+            squares_end_block(sums[i]);
+        }
     }
     out->pixels = count;
     out->touched = metrics.touched.pixels;
@@ -226,7 +264,7 @@ enum status measure_reference(const struct measure *measure, struct report *repo
     struct reference *reference = NULL;
     struct reference_result truth = {0};
     int k = measure->drawing->plan->k;
-    enum status status = probe_choose(probe, image->width, image->height, k, 1, NULL,
+    enum status status = probe_choose(probe, image->width, image->height, k, 1, NULL, NULL,
                                       fmax(1, all / REFERENCE_PIXELS), err);
     if (status == STATUS_OK && !measure_is_exact(measure->drawing->picture))
         status = draw_again(measure, LIMIT_FACTOR, err);
@@ -278,7 +316,9 @@ static enum status add_model(const struct measure *measure, const struct referen
             continue;
         for (int i = 0; i < 4; i++)
             difference[i] = (double)limit[pick[n]][i] - truth.pixels[n - from][i];
-        squares_add(squares, difference);
+        size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side;
+        squares_add(squares, difference, 1 / probe->chance[pick[n] / area]);
+        squares_end_block(squares);
     }
     reference_result_finish(&truth);
     return STATUS_OK;
@@ -356,28 +396,63 @@ enum status measure_model(const struct measure *measure, float (*limit)[4],
 }
 
 /* The pair: the error of the picture's steps in the probe's pixels, and their limit, which takes
- * the place of probe->pixels. */
+ * the place of probe->pixels. Returns the 99th percentile; `errors` has room for all of them. */
 static double embedded_pair(const struct measure *measure, const uint8_t *met_pixels,
-                            struct squares *squares, double *errors) {
+                            struct squares *squares, struct weighted *errors) {
     struct probe *probe = measure->probe;
+    size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side;
     bool exact = measure_is_exact(measure->drawing->picture);
     for (size_t n = 0; n < probe->count; n++) {
         const float *drawn = measure->pixels + 4 * (size_t)probe->index[n];
         float *limit = probe->pixels[n];
-        double difference[4] = {0, 0, 0, 0}, mean = 0;
+        double difference[4], weight = 1 / probe->chance[n / area];
         for (int i = 0; i < 4; i++) {
             double fine = exact ? drawn[i] : limit[i];
             difference[i] = ((double)drawn[i] - fine) / (1 - RESIDUE);
             limit[i] = (float)(drawn[i] - difference[i]);
-            mean += difference[i] * difference[i] / 4;
         }
-        if (!met_pixels[probe->index[n]] || !isfinite(mean))
-            continue;
-        errors[squares->count] = sqrt(mean);
-        squares_add(squares, difference);
+        if (met_pixels[probe->index[n]] && finite_pixel(limit)) {
+            size_t at = squares->count;
+            errors[at].error = sqrt(squares_add(squares, difference, weight));
+            errors[at].weight = weight;
+        }
+        if (n % area == area - 1)
+            squares_end_block(squares);
     }
-    qsort(errors, squares->count, sizeof *errors, compare_doubles);
-    return squares->count ? errors[(squares->count * 99 + 99) / 100 - 1] : 0;
+    return percentile_99(errors, squares->count);
+}
+
+/* Where errors are likely: where the picture changes from pixel to pixel, at silhouettes and in
+ * fine detail. A quarter of the mean everywhere, so that no place is without a chance. malloc'ed,
+ * for each pixel; NULL where memory ran out. */
+static float *find_interest(const struct measure *measure, const uint8_t *met_pixels) {
+    size_t width = (size_t)measure->scene->image.width;
+    size_t height = (size_t)measure->scene->image.height;
+    float *interest = malloc((width * height + 1) * sizeof *interest);
+    double sum = 0, met = 0;
+    if (!interest)
+        return NULL;
+    for (size_t y = 0; y < height; y++)
+        for (size_t x = 0; x < width; x++) {
+            const float *here = measure->pixels + 4 * (y * width + x);
+            const float *left = x > 0 ? here - 4 : here, *right = x + 1 < width ? here + 4 : here;
+            const float *above = y > 0 ? here - 4 * width : here;
+            const float *below = y + 1 < height ? here + 4 * width : here;
+            float most = 0;
+            for (int i = 0; i < 4; i++) {
+                most = fmaxf(most, fmaxf(fabsf(here[i] - left[i]), fabsf(here[i] - right[i])));
+                most = fmaxf(most, fmaxf(fabsf(here[i] - above[i]), fabsf(here[i] - below[i])));
+            }
+            interest[y * width + x] = most < 1 ? most : 1;
+            if (met_pixels[y * width + x]) {
+                sum += (double)interest[y * width + x];
+                met++;
+            }
+        }
+    float floor = met > 0 && sum > 0 ? (float)(sum / met / 4) : 1;
+    for (size_t p = 0; p < width * height; p++)
+        interest[p] = met_pixels[p] ? interest[p] + floor : 0;
+    return interest;
 }
 
 /* Pixels that objects touch: those where a shell is met, and where the picture is drawn on. Where
@@ -412,7 +487,8 @@ enum status measure_estimate(const struct measure *measure, struct report *repor
     *out = unknown;
     out->kind = REPORT_ERROR_ESTIMATE;
     uint8_t *met_pixels = measure_met_pixels(measure->met, image->width, image->height, k);
-    double *errors = NULL;
+    struct weighted *errors = NULL;
+    float *interest = NULL;
     enum status status = STATUS_OK;
     if (!met_pixels) {
         status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to measure a picture");
@@ -422,7 +498,11 @@ enum status measure_estimate(const struct measure *measure, struct report *repor
     double eligible =
         (double)probe_eligible(image->width, image->height, k, side, measure->met) * side * side;
     double every = fmax(1, fmin(ESTIMATE_EVERY, eligible / ESTIMATE_PIXELS_MIN));
-    status = probe_choose(probe, image->width, image->height, k, side, measure->met, every, err);
+    interest = find_interest(measure, met_pixels);
+    status = interest
+                 ? probe_choose(probe, image->width, image->height, k, side, measure->met, interest,
+                                every, err)
+                 : error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to measure a picture");
     if (status == STATUS_OK && !measure_is_exact(measure->drawing->picture))
         status = draw_again(measure, ESTIMATE_FACTOR, err);
     errors = status == STATUS_OK ? malloc((probe->count + 1) * sizeof *errors) : NULL;
@@ -461,6 +541,7 @@ enum status measure_estimate(const struct measure *measure, struct report *repor
     frame_figures(out, (double)touched / ((double)image->width * image->height));
 done:
     free(errors);
+    free(interest);
     free(met_pixels);
     return status;
 }

@@ -10,6 +10,7 @@ void probe_finish(struct probe *probe) {
     gl_blocks_finish(&probe->blocks);
     free(probe->pixels);
     free(probe->index);
+    free(probe->chance);
     *probe = (struct probe){0};
 }
 
@@ -69,19 +70,21 @@ static double random_of(uint32_t n) {
     return ((word >> 22) ^ word) * 0x1p-32;
 }
 
-/* The blocks are there: room for their pixels, and where these are. */
+/* The blocks are there: room for their pixels, and where these are. Takes both lists over. */
 static enum status take_blocks(struct probe *probe, const struct grid *grid, uint32_t (*corner)[2],
-                               uint32_t count, struct error *err) {
+                               double *chance, uint32_t count, struct error *err) {
     size_t area = (size_t)grid->side * (size_t)grid->side;
     free(probe->pixels);
     free(probe->index);
+    free(probe->chance);
+    probe->chance = chance;
     probe->count = count * area;
     probe->pixels = malloc((probe->count + 1) * sizeof *probe->pixels);
     probe->index = malloc((probe->count + 1) * sizeof *probe->index);
-    if (!probe->pixels || !probe->index) {
+    if (!probe->pixels || !probe->index || !corner || !chance) {
         free(corner);
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for %zu pixels",
-                           probe->count);
+        probe->count = 0;
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for blocks of pixels");
     }
     for (size_t n = 0; n < probe->count; n++) {
         size_t within = n % area;
@@ -93,41 +96,69 @@ static enum status take_blocks(struct probe *probe, const struct grid *grid, uin
                          count, err);
 }
 
+static double interest_of(const struct grid *grid, const float *interest, int column, int row) {
+    if (!interest)
+        return 1;
+    uint32_t corner[2];
+    double sum = 0;
+    grid_corner(grid, column, row, corner);
+    for (int y = 0; y < grid->side; y++)
+        for (int x = 0; x < grid->side; x++) {
+            size_t top = (size_t)grid->height - 1 - (corner[1] + (size_t)y);
+            sum += (double)interest[top * (size_t)grid->width + corner[0] + (size_t)x];
+        }
+    return sum;
+}
+
 enum status probe_choose(struct probe *probe, int width, int height, int k, int side,
-                         const uint8_t *met, double every, struct error *err) {
+                         const uint8_t *met, const float *interest, double every,
+                         struct error *err) {
     struct grid grid = grid_of(width, height, k, side, met);
-    size_t room = (size_t)((double)grid.columns * grid.rows / every) + 2;
-    uint32_t(*corner)[2] = malloc(room * sizeof *corner);
-    if (!corner)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for blocks of pixels");
-    /* One of each run of `every` eligible blocks: which one is drawn by lot. */
-    uint32_t count = 0;
-    double next = every * random_of(0);
-    size_t seen = 0;
+    double total = 0, eligible = 0;
     for (int row = 0; row < grid.rows; row++)
+        for (int column = 0; column < grid.columns; column++)
+            if (grid_eligible(&grid, column, row)) {
+                total += interest_of(&grid, interest, column, row);
+                eligible++;
+            }
+    /* Each block takes a stretch of a line; in every unit of that stands a mark, at a place by lot;
+     * a block with a mark is chosen. One of a length of at most 1 lies in one unit or in two, by p
+     * and q, and is chosen with the probability 1 - (1 - p) (1 - q). */
+    size_t room = (size_t)(eligible / every) + 2;
+    uint32_t(*corner)[2] = malloc(room * sizeof *corner);
+    double *chance = malloc(room * sizeof *chance);
+    uint32_t count = 0;
+    double begin = 0, scale = total > 0 ? eligible / (every * total) : 0;
+    for (int row = 0; row < grid.rows && corner && chance; row++)
         for (int column = 0; column < grid.columns; column++) {
             if (!grid_eligible(&grid, column, row))
                 continue;
-            if (seen++ < (size_t)next || count == room)
+            double length = fmin(1, scale * interest_of(&grid, interest, column, row));
+            double end = begin + length, unit = floor(begin);
+            double p = fmin(end, unit + 1) - begin, q = length - p;
+            double first = unit + random_of((uint32_t)unit);
+            double second = unit + 1 + random_of((uint32_t)unit + 1);
+            bool chosen = (first >= begin && first < end) || second < end;
+            begin = end;
+            if (!chosen || count == room)
                 continue;
-            grid_corner(&grid, column, row, corner[count++]);
-            next = every * (count + random_of(count));
-            next = fmax(next, (double)seen);
+            grid_corner(&grid, column, row, corner[count]);
+            chance[count++] = 1 - (1 - p) * (1 - q);
         }
-    return take_blocks(probe, &grid, corner, count, err);
+    return take_blocks(probe, &grid, corner, chance, count, err);
 }
 
 enum status probe_choose_pixels(struct probe *probe, int width, int height, int k,
                                 const uint32_t *pixels, size_t count, struct error *err) {
     struct grid grid = grid_of(width, height, k, 1, NULL);
     uint32_t(*corner)[2] = malloc((count + 1) * sizeof *corner);
-    if (!corner)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for %zu pixels", count);
-    for (size_t i = 0; i < count; i++) {
+    double *chance = malloc((count + 1) * sizeof *chance);
+    for (size_t i = 0; i < count && corner && chance; i++) {
         corner[i][0] = pixels[i] % (uint32_t)width;
         corner[i][1] = (uint32_t)height - 1 - pixels[i] / (uint32_t)width;
+        chance[i] = 1;
     }
-    return take_blocks(probe, &grid, corner, (uint32_t)count, err);
+    return take_blocks(probe, &grid, corner, chance, (uint32_t)count, err);
 }
 
 /* Cells that are drawn one by one reach every pixel: they need the mask. */

@@ -9,7 +9,8 @@
 
 struct probe {
     struct gl_blocks blocks;
-    float (*pixels)[4]; /* of the last probe_draw(), in the order of `index` */
+    double *chance;     /* of each block: the probability with which it was chosen */
+    float (*pixels)[4]; /* of the last probe_draw(), in the order of `index`; block after block */
     uint32_t *index;    /* each pixel as y * width + x, the top row first */
     size_t count;
 };
@@ -19,11 +20,14 @@ void probe_finish(struct probe *probe);
 
 /* Chooses blocks of pixels of a picture of width x height with k x k samples a pixel, among those
  * that have a sample in `met` (as in struct picture; NULL: all are eligible), one of every `every`
- * at random, in the order of rows, so that they are spread evenly; the same call chooses the same.
- * `side`: of a block, in pixels; 0: as suits the rasteriser. STATUS_OUT_OF_MEMORY,
- * STATUS_GL_ERROR. */
+ * by lot, spread evenly over the rows; the same call chooses the same. `interest`: NULL, or a
+ * figure > 0 for each pixel, the top row first: a block's chance is as the sum of its pixels', so
+ * that what is rare and matters is not missed; means over the blocks then weigh each by 1 / chance
+ * (Horvitz & Thompson 1952). `side`: of a block, in pixels; 0: as suits the rasteriser.
+ * STATUS_OUT_OF_MEMORY, STATUS_GL_ERROR. */
 enum status probe_choose(struct probe *probe, int width, int height, int k, int side,
-                         const uint8_t *met, double every, struct error *err);
+                         const uint8_t *met, const float *interest, double every,
+                         struct error *err);
 
 /* These pixels (y * width + x, the top row first), each a block. Statuses as above. */
 enum status probe_choose_pixels(struct probe *probe, int width, int height, int k,

@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 """Holds estimates and targets to the truth, on scenes made by a generator with a seed.
 
-Of every scene four pictures are drawn, all in one process:
-  estimate    report.error "estimate", at a quality by lot: the estimated discretisation error
-  reference   the same with report.error "reference": the true one, and the model error
-  max_error   a target by lot, judged by the reference
+Of every scene these pictures are drawn, and compared pixel by pixel:
+  reference   the truth, all of it
+  limit       at 16 times the samples: what the path itself tends to
+  estimate    report.error "estimate", at a quality by lot: its estimate of the discretisation error
+              against the difference from the limit
+  max_error   a target by lot, judged by the truth
   deadline    a deadline between what the least and the finest setting take, judged by the total
 
 Asked: estimate / true discretisation between 1/2 and 2 on 90 % of the scenes; max_error met on 90 %
@@ -88,11 +90,12 @@ def scene(lot):
 
 
 def with_quality(made, samples):
-    """The same scene with every shell at this quality; None: left out."""
+    """The same scene with every shell at this quality, or each object at its own; None: left out."""
     copy = json.loads(json.dumps(made))
-    for each in copy["objects"]:
+    for i, each in enumerate(copy["objects"]):
         if "shell" in each and samples:
-            each["quality"] = {"samples": samples}
+            wanted = samples[i] if isinstance(samples, list) else samples
+            each["quality"] = {"samples": min(wanted, 4096)}
     return copy
 
 
@@ -100,16 +103,44 @@ class Renderer:
     """`pelt render` over many scenes, one process: caches and shaders stay warm."""
 
     def __init__(self, build, folder):
-        self.pelt, self.folder = os.path.join(build, "pelt"), folder
+        self.build, self.folder = build, folder
+        self.pelt = os.path.join(build, "pelt")
 
-    def reports(self, scenes, tell):
-        """The reports of the scenes, in order."""
-        names = []
+    def file(self, what, i, kind):
+        return os.path.join(self.folder, f"{what}-{i:04}.{kind}")
+
+    def write(self, what, scenes):
         for i, made in enumerate(scenes):
-            names.append(os.path.join(self.folder, f"{i:04}.json"))
-            with open(names[-1], "w") as file:
+            with open(self.file(what, i, "json"), "w") as file:
                 json.dump(made, file)
-        with subprocess.Popen([self.pelt, "render", *names, "--out-dir", self.folder, "--json"],
+
+    def truths(self, scenes):
+        """The true pictures, as truth-N.exr."""
+        self.write("truth", scenes)
+        tell = teller("reference")
+        for i in range(len(scenes)):
+            subprocess.run([self.pelt, "reference", self.file("truth", i, "json"), "--quiet", "-o",
+                            self.file("truth", i, "exr")], check=True, stderr=subprocess.DEVNULL)
+            tell(i + 1, len(scenes))
+
+    def compared(self, what, truth, count):
+        """RMSE of the pictures `what` against the pictures `truth`."""
+        pairs = "".join(f"{self.file(what, i, 'exr')} {self.file(truth, i, 'exr')}\n"
+                        for i in range(count))
+        tool = os.path.join(self.build, "tests", "tools", "compare_exr")
+        libraries = dict(os.environ, PELT_LIBDIR=os.path.join(self.build, "lib", "pelt"))
+        run = subprocess.run([tool], input=pairs, capture_output=True, text=True, env=libraries)
+        if run.returncode != 0:
+            sys.exit(f"corpus: {run.stderr}")
+        return [json.loads(line)["touched"] for line in run.stdout.splitlines()]
+
+    def reports(self, what, scenes, form="exr"):
+        """The reports of the scenes, in order; the pictures are what-N.exr."""
+        self.write(what, scenes)
+        tell = teller(what)
+        names = [self.file(what, i, "json") for i in range(len(scenes))]
+        with subprocess.Popen([self.pelt, "render", *names, "--out-dir", self.folder, "--json",
+                               "--format", form],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
             found = []
             for line in run.stdout:
@@ -145,40 +176,45 @@ def judge(seed, count, renderer):
     lots = [{"samples": lot.choice([None, 4, 8, 16, 32, 64]), "goal": 10 ** lot.uniform(-2.5, -1.2),
              "place": lot.uniform(0.1, 0.9)} for _ in scenes]
 
-    def drawn(what, make):
-        return renderer.reports([make(made, at) for made, at in zip(scenes, lots)], teller(what))
+    def drawn(what, make, form="exr"):
+        return renderer.reports(what, [make(made, at) for made, at in zip(scenes, lots)], form)
 
+    renderer.truths(scenes)
     estimates = drawn("estimate", lambda made, at: dict(
         with_quality(made, at["samples"]), report={"error": "estimate"}))
-    references = drawn("reference", lambda made, at: dict(
-        with_quality(made, at["samples"]), report={"error": "reference"}))
-    targets = drawn("max_error", lambda made, at: dict(
-        made, target={"max_error": at["goal"]}, report={"error": "reference"}))
-    least = drawn("least", lambda made, at: with_quality(made, 1))
-    finest = drawn("finest", lambda made, at: with_quality(made, 64))
+    for at, report in zip(lots, estimates):
+        at["drawn"] = [each.get("quality", {}).get("samples", 1)
+                       for each in report["resolved"]["objects"]]
+    drawn("limit", lambda made, at: with_quality(made, [16 * n for n in at["drawn"]]))
+    targets = drawn("max_error", lambda made, at: dict(made, target={"max_error": at["goal"]}))
+    least = drawn("least", lambda made, at: with_quality(made, 1), "png")
+    finest = drawn("finest", lambda made, at: with_quality(made, 64), "png")
     for at, low, high in zip(lots, least, finest):
         a, b = low["timing_ms"]["total"], high["timing_ms"]["total"]
         # A choice takes a few trials: a deadline that leaves no room for them asks for the least.
         at["deadline"] = 1.5 * a + 10 + at["place"] * max(b - a, 0)
     deadlines = drawn("deadline", lambda made, at: dict(
-        made, target={"deadline_ms": at["deadline"]}))
+        made, target={"deadline_ms": at["deadline"]}), "png")
+    steps = renderer.compared("estimate", "limit", count)
+    model = renderer.compared("limit", "truth", count)
+    reached = renderer.compared("max_error", "truth", count)
 
     rows = []
     for i in range(count):
-        estimate, truth = estimates[i]["error"], references[i]["error"]
-        timing = estimates[i]["timing_ms"]
-        goal, reached = targets[i]["target"], targets[i]["error"]
+        estimate, timing = estimates[i]["error"], estimates[i]["timing_ms"]
         rows.append({
             "scene": i, "material": scenes[i]["objects"][0]["shell"]["material"]["builtin"],
             "shape": scenes[i]["objects"][0]["shell"]["mesh"]["shape"],
             "samples": lots[i]["samples"],
-            "estimate": estimate["discretisation"], "true": truth["discretisation"],
-            "model_estimate": estimate["model"], "model": truth["model"],
-            "estimate_cost": timing["error"] / (timing["total"] - timing["error"]),
-            "goal": lots[i]["goal"], "promised": goal["met"], "reached": reached["rmse"],
-            "limit": reached["model"],
+            "estimate": estimate["discretisation"], "true": steps[i],
+            "model_estimate": estimate["model"], "model": model[i],
+            "estimate_cost": timing["error"] / (timing["total"] - timing["error"]
+                                                - timing["encode"]),
+            "goal": lots[i]["goal"], "promised": targets[i]["target"]["met"],
+            "reached": reached[i], "limit": model[i],
             "chosen": [each.get("quality", {}).get("samples")
                        for each in targets[i]["resolved"]["objects"] if "shell" in each],
+            "choose_cost": targets[i]["timing_ms"]["choose"] / targets[i]["timing_ms"]["draw"],
             "deadline_ms": lots[i]["deadline"], "total_ms": deadlines[i]["timing_ms"]["total"],
         })
     return rows
