@@ -195,9 +195,9 @@ static enum status choose_for_error(struct trials *trials, double asked, struct 
     if (status != STATUS_OK)
         return status;
     /* What no quality can mend. */
-    struct measure_model model;
-    status = measure_model(aim->measure, trials->fine, trials->met_pixels,
-                           fmax(20, 4 * trials->trial_ms), &model, err);
+    struct model_error model;
+    status = estimate_model(aim->measure, trials->fine, trials->met_pixels,
+                            fmax(20, 4 * trials->trial_ms), &model, err);
     if (status != STATUS_OK)
         return status;
     double model_rmse = isnan(model.rmse) ? 0 : model.rmse, factor, error;

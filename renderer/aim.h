@@ -7,7 +7,7 @@
 #ifndef PELT_RENDERER_AIM_H
 #define PELT_RENDERER_AIM_H
 
-#include "renderer/measure.h"
+#include "renderer/estimate.h"
 
 struct aim {
     const struct measure *measure; /* its `pixels` are not read */
@@ -18,7 +18,7 @@ struct aim {
 bool aim_is_free(const struct measure *measure);
 
 /* Sets path_object.samples of every object that leaves them out, and fills report->target but for
- * `met` and `reached`. Statuses of probe_draw() and measure_model(). Blocks: some per cent of what
+ * `met` and `reached`. Statuses of probe_draw() and estimate_model(). Blocks: some per cent of what
  * drawing takes. */
 enum status aim_choose(const struct aim *aim, struct report *report, struct error *err);
 

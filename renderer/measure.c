@@ -6,111 +6,34 @@
 #include <string.h>
 
 #include "renderer/error/metrics.h"
-#include "renderer/gl/clock.h"
+#include "renderer/error/squares.h"
 #include "renderer/reference/reference.h"
 
-enum {
-    REFERENCE_PIXELS = 4096,
-    ESTIMATE_EVERY = 20,       /* of how many blocks one is drawn again: a fifth of the draw time */
-    ESTIMATE_PIXELS_MIN = 512, /* fewer say little about an error that lies in few places */
-    MODEL_PIXELS_FIRST = 32,   /* drawn in any case, to learn what one costs */
-    MODEL_PIXELS_MAX = 2048
-};
+enum { REFERENCE_PIXELS = 4096 };
 
-/* How much finer the pair's other half is, and the reference's limit. */
-static const double ESTIMATE_FACTOR = 4, LIMIT_FACTOR = 8;
+/* How much finer than the picture what stands for the path's limit is. */
+static const double LIMIT_FACTOR = 8;
 
-/* 4^-1.7: measure.h. */
-static const double RESIDUE = 0.0947;
+/* ---- what is common ---- */
 
-/* Of the model's reference: the error of pixels is about a tenth of it, of what is estimated here
- * less than a hundredth. */
-static const double MODEL_TOLERANCE = 1e-4;
-
-/* A reference is made ready at some 1.3 to 2 us a prism (measured: 4,096 to 27,648 of them). */
-static const double WORLD_MS_PER_PRISM = 2e-3;
-
-/* A model error may cost a tenth of what the picture took, or this, which makes some ten pixels of
- * most scenes. */
-static const double MODEL_MS_MIN = 10;
-
-/* ---- sums of squares ---- */
-
-/* Squares of pixels' differences, each the mean over its channels, weighted by the inverse of the
- * chance with which the pixel's block was chosen. Blocks are what was drawn by lot, so the standard
- * error comes from their sums: pixels of one are alike. */
-struct squares {
-    double sum, weights, largest; /* largest: of a channel */
-    double block_sum, block_weights;
-    double ss, sw, ww; /* of the blocks: products of their sums and weights */
-    size_t count;
-};
-
-static double squares_add(struct squares *squares, const double difference[4], double weight) {
-    double mean = 0;
-    for (int i = 0; i < 4; i++) {
-        mean += difference[i] * difference[i] / 4;
-        squares->largest = fmax(squares->largest, fabs(difference[i]));
-    }
-    squares->block_sum += weight * mean;
-    squares->block_weights += weight;
-    squares->count++;
-    return mean;
-}
-
-static void squares_end_block(struct squares *squares) {
-    double s = squares->block_sum, w = squares->block_weights;
-    squares->sum += s;
-    squares->weights += w;
-    squares->ss += s * s;
-    squares->sw += s * w;
-    squares->ww += w * w;
-    squares->block_sum = squares->block_weights = 0;
-}
-
-static double squares_rmse(const struct squares *squares) {
-    return squares->weights > 0 ? sqrt(squares->sum / squares->weights) : 0;
-}
-
-/* Of the RMSE, to first order: that of the mean square, a ratio of two sums over blocks, over twice
- * the RMSE. */
-static double squares_standard_error(const struct squares *squares) {
-    double rmse = squares_rmse(squares), mean = rmse * rmse;
-    if (rmse == 0)
-        return 0;
-    double variance = squares->ss - 2 * mean * squares->sw + mean * mean * squares->ww;
-    return sqrt(fmax(0, variance)) / squares->weights / (2 * rmse);
-}
-
-/* A pixel's error, and for how many it stands. */
-struct weighted {
-    double error, weight;
-};
-
-static int compare_weighted(const void *a, const void *b) {
-    double x = ((const struct weighted *)a)->error, y = ((const struct weighted *)b)->error;
-    return (x > y) - (x < y);
-}
-
-/* The smallest error that at least 99 % do not exceed. */
-static double percentile_99(struct weighted *errors, size_t count) {
-    double all = 0, sum = 0;
-    qsort(errors, count, sizeof *errors, compare_weighted);
-    for (size_t n = 0; n < count; n++)
-        all += errors[n].weight;
-    for (size_t n = 0; n < count; n++) {
-        sum += errors[n].weight;
-        if (sum >= 0.99 * all)
-            return errors[n].error;
-    }
-    return 0;
-}
-
-static bool finite_pixel(const float p[4]) {
+bool measure_finite(const float p[4]) {
     return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]) && isfinite(p[3]);
 }
 
-/* ---- what is common ---- */
+struct report_error measure_unknown(void) {
+    return (struct report_error){.rmse = NAN,
+                                 .rmse_standard_error = NAN,
+                                 .max_abs = NAN,
+                                 .p99 = NAN,
+                                 .whole_rmse = NAN,
+                                 .psnr_db = NAN,
+                                 .flip = NAN,
+                                 .coverage = NAN,
+                                 .model = NAN,
+                                 .model_standard_error = NAN,
+                                 .discretisation = NAN,
+                                 .discretisation_standard_error = NAN};
+}
 
 bool measure_is_exact(const struct picture *picture) {
     for (size_t i = 0; i < picture->object_count; i++) {
@@ -135,8 +58,8 @@ uint8_t *measure_met_pixels(const uint8_t *met, int width, int height, int k) {
     return pixels;
 }
 
-static enum status open_reference(const struct measure *measure, struct reference **reference,
-                                  struct error *err) {
+enum status measure_open_reference(const struct measure *measure, struct reference **reference,
+                                   struct error *err) {
     struct reference_sources sources = {measure->caches->meshes, measure->caches->volumes,
                                         measure->assets};
     enum status status = reference_create(measure->scene, &sources, reference, err);
@@ -145,8 +68,7 @@ static enum status open_reference(const struct measure *measure, struct referenc
     return status;
 }
 
-/* What drawing counts is the picture's, not that of drawing parts of it again. */
-static enum status draw_again(const struct measure *measure, double factor, struct error *err) {
+enum status measure_draw_again(const struct measure *measure, double factor, struct error *err) {
     struct report *report = measure->drawing->picture->report;
     struct report_work work = report->work;
     double ms;
@@ -154,11 +76,6 @@ static enum status draw_again(const struct measure *measure, double factor, stru
                                     measure->scene->image.background, factor, &ms, err);
     report->work = work;
     return status;
-}
-
-static void frame_figures(struct report_error *out, double touched_share) {
-    out->whole_rmse = out->rmse * sqrt(touched_share);
-    out->psnr_db = out->whole_rmse > 0 ? -20 * log10(out->whole_rmse) : INFINITY;
 }
 
 /* ---- against the reference ---- */
@@ -203,16 +120,14 @@ static enum status judge(const struct measure *measure, const struct reference_r
     for (size_t n = 0; n < count; n++) {
         const float *drawn = measure->pixels + 4 * (size_t)probe->index[n];
         const float *limit = exact ? drawn : probe->pixels[n];
-        double of_model[4], of_steps[4], of_both[4], behind[4];
-        bool drawn_on = false;
+        double of_model[4], of_steps[4], of_both[4];
         for (int i = 0; i < 4; i++) {
-            behind[i] = i < 3 ? background[i] * background[3] : background[3];
             of_model[i] = (double)limit[i] - truth->pixels[n][i];
             of_steps[i] = (double)drawn[i] - (double)limit[i];
             of_both[i] = (double)drawn[i] - truth->pixels[n][i];
-            drawn_on |= fabs((double)drawn[i] - behind[i]) > 1.0 / 512;
         }
-        if (!(truth->touched[n] || drawn_on) || !finite_pixel(limit) || !finite_pixel(drawn))
+        if (!(truth->touched[n] || error_drawn_on(drawn, background)) || !measure_finite(limit) ||
+            !measure_finite(drawn))
             continue;
         struct squares *sums[3] = {&model, &discretisation, &total};
         const double *differences[3] = {of_model, of_steps, of_both};
@@ -243,19 +158,6 @@ done:
     return status;
 }
 
-static const struct report_error unknown = {.rmse = NAN,
-                                            .rmse_standard_error = NAN,
-                                            .max_abs = NAN,
-                                            .p99 = NAN,
-                                            .whole_rmse = NAN,
-                                            .psnr_db = NAN,
-                                            .flip = NAN,
-                                            .coverage = NAN,
-                                            .model = NAN,
-                                            .model_standard_error = NAN,
-                                            .discretisation = NAN,
-                                            .discretisation_standard_error = NAN};
-
 enum status measure_reference(const struct measure *measure, struct report *report,
                               struct error *err) {
     const struct scene_image *image = &measure->scene->image;
@@ -267,14 +169,14 @@ enum status measure_reference(const struct measure *measure, struct report *repo
     enum status status = probe_choose(probe, image->width, image->height, k, 1, NULL, NULL,
                                       fmax(1, all / REFERENCE_PIXELS), err);
     if (status == STATUS_OK && !measure_is_exact(measure->drawing->picture))
-        status = draw_again(measure, LIMIT_FACTOR, err);
+        status = measure_draw_again(measure, LIMIT_FACTOR, err);
     if (status == STATUS_OK)
-        status = open_reference(measure, &reference, err);
+        status = measure_open_reference(measure, &reference, err);
     struct reference_request request = {
         .pixels = probe->index, .pixel_count = probe->count, .threads = measure->threads};
     if (status == STATUS_OK)
         status = reference_render(reference, &request, &truth, err);
-    report->error = unknown;
+    report->error = measure_unknown();
     report->error.kind = REPORT_ERROR_REFERENCE;
     if (status == STATUS_OK)
         status = judge(measure, &truth, &report->error, err);
@@ -286,262 +188,5 @@ enum status measure_reference(const struct measure *measure, struct report *repo
                     "prisms fold over; the reference draws each of their sheets");
     reference_result_finish(&truth);
     reference_destroy(reference);
-    return status;
-}
-
-/* ---- estimates ---- */
-
-/* Adds the errors of the probe's pixels pick[from] to pick[to - 1]. */
-static enum status add_model(const struct measure *measure, const struct reference *reference,
-                             float (*limit)[4], const uint32_t *pick, size_t from, size_t to,
-                             struct squares *squares, struct error *err) {
-    const struct probe *probe = measure->probe;
-    uint32_t *pixels = malloc((to - from + 1) * sizeof *pixels);
-    if (!pixels)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for pixels");
-    for (size_t n = from; n < to; n++)
-        pixels[n - from] = probe->index[pick[n]];
-    struct reference_request request = {.pixels = pixels,
-                                        .pixel_count = to - from,
-                                        .threads = measure->threads,
-                                        .tolerance = MODEL_TOLERANCE};
-    struct reference_result truth;
-    enum status status = reference_render(reference, &request, &truth, err);
-    free(pixels);
-    if (status != STATUS_OK)
-        return status;
-    for (size_t n = from; n < to; n++) {
-        double difference[4];
-        if (!finite_pixel(limit[pick[n]]))
-            continue;
-        for (int i = 0; i < 4; i++)
-            difference[i] = (double)limit[pick[n]][i] - truth.pixels[n - from][i];
-        size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side;
-        squares_add(squares, difference, 1 / probe->chance[pick[n] / area]);
-        squares_end_block(squares);
-    }
-    reference_result_finish(&truth);
-    return STATUS_OK;
-}
-
-/* An order in which every beginning is spread over the whole: the van der Corput sequence's. */
-static size_t spread(uint32_t *pick, size_t count) {
-    uint32_t *ordered = malloc((count + 1) * sizeof *ordered);
-    if (!ordered)
-        return 0;
-    int bits = 0;
-    while ((size_t)1 << bits < count)
-        bits++;
-    size_t filled = 0;
-    for (size_t n = 0; n < (size_t)1 << bits; n++) {
-        size_t reversed = 0;
-        for (int b = 0; b < bits; b++)
-            reversed |= (n >> b & 1) << (bits - 1 - b);
-        if (reversed < count)
-            ordered[filled++] = pick[reversed];
-    }
-    memcpy(pick, ordered, count * sizeof *pick);
-    free(ordered);
-    return count;
-}
-
-enum status measure_model(const struct measure *measure, float (*limit)[4],
-                          const uint8_t *met_pixels, double budget_ms, struct measure_model *model,
-                          struct error *err) {
-    const struct probe *probe = measure->probe;
-    const struct picture *picture = measure->drawing->picture;
-    *model = (struct measure_model){.rmse = NAN, .standard_error = NAN};
-    double prisms = 0;
-    for (size_t i = 0; i < picture->object_count; i++)
-        prisms += picture->objects[i].mesh->triangle_count;
-    double began = clock_now_ms();
-    if (prisms * WORLD_MS_PER_PRISM > budget_ms)
-        return STATUS_OK;
-    /* One pixel a block: its neighbours would tell the same. */
-    size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side, count = 0;
-    uint32_t *pick = malloc((probe->count / area + 1) * sizeof *pick);
-    if (!pick)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for pixels");
-    for (size_t block = 0; block < probe->count / area; block++) {
-        uint32_t n = (uint32_t)(block * area + block % area);
-        if (met_pixels[probe->index[n]])
-            pick[count++] = n;
-    }
-    struct reference *reference = NULL;
-    struct squares squares = {0};
-    enum status status = STATUS_OK;
-    if (count && spread(pick, count) != count)
-        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for pixels");
-    if (status == STATUS_OK)
-        status = open_reference(measure, &reference, err);
-    size_t first = count < MODEL_PIXELS_FIRST ? count : MODEL_PIXELS_FIRST;
-    double ready = clock_now_ms();
-    if (status == STATUS_OK)
-        status = add_model(measure, reference, limit, pick, 0, first, &squares, err);
-    double now = clock_now_ms();
-    double each_ms = first ? (now - ready) / (double)first : 0;
-    double left = each_ms > 0 ? (budget_ms - (now - began)) / each_ms : 0;
-    size_t more = left < 1 ? first : first + (size_t)fmin(left, MODEL_PIXELS_MAX);
-    if (status == STATUS_OK && more > first && count > first)
-        status = add_model(measure, reference, limit, pick, first, more < count ? more : count,
-                           &squares, err);
-    model->pixels = squares.count;
-    if (squares.count) {
-        model->rmse = squares_rmse(&squares);
-        model->standard_error = squares_standard_error(&squares);
-    }
-    reference_destroy(reference);
-    free(pick);
-    return status;
-}
-
-/* The pair: the error of the picture's steps in the probe's pixels, and their limit, which takes
- * the place of probe->pixels. Returns the 99th percentile; `errors` has room for all of them. */
-static double embedded_pair(const struct measure *measure, const uint8_t *met_pixels,
-                            struct squares *squares, struct weighted *errors) {
-    struct probe *probe = measure->probe;
-    size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side;
-    bool exact = measure_is_exact(measure->drawing->picture);
-    for (size_t n = 0; n < probe->count; n++) {
-        const float *drawn = measure->pixels + 4 * (size_t)probe->index[n];
-        float *limit = probe->pixels[n];
-        double difference[4], weight = 1 / probe->chance[n / area];
-        for (int i = 0; i < 4; i++) {
-            double fine = exact ? drawn[i] : limit[i];
-            difference[i] = ((double)drawn[i] - fine) / (1 - RESIDUE);
-            limit[i] = (float)(drawn[i] - difference[i]);
-        }
-        if (met_pixels[probe->index[n]] && finite_pixel(limit)) {
-            size_t at = squares->count;
-            errors[at].error = sqrt(squares_add(squares, difference, weight));
-            errors[at].weight = weight;
-        }
-        if (n % area == area - 1)
-            squares_end_block(squares);
-    }
-    return percentile_99(errors, squares->count);
-}
-
-/* Where errors are likely: where the picture changes from pixel to pixel, at silhouettes and in
- * fine detail. A quarter of the mean everywhere, so that no place is without a chance. malloc'ed,
- * for each pixel; NULL where memory ran out. */
-static float *find_interest(const struct measure *measure, const uint8_t *met_pixels) {
-    size_t width = (size_t)measure->scene->image.width;
-    size_t height = (size_t)measure->scene->image.height;
-    float *interest = malloc((width * height + 1) * sizeof *interest);
-    double sum = 0, met = 0;
-    if (!interest)
-        return NULL;
-    for (size_t y = 0; y < height; y++)
-        for (size_t x = 0; x < width; x++) {
-            const float *here = measure->pixels + 4 * (y * width + x);
-            const float *left = x > 0 ? here - 4 : here, *right = x + 1 < width ? here + 4 : here;
-            const float *above = y > 0 ? here - 4 * width : here;
-            const float *below = y + 1 < height ? here + 4 * width : here;
-            float most = 0;
-            for (int i = 0; i < 4; i++) {
-                most = fmaxf(most, fmaxf(fabsf(here[i] - left[i]), fabsf(here[i] - right[i])));
-                most = fmaxf(most, fmaxf(fabsf(here[i] - above[i]), fabsf(here[i] - below[i])));
-            }
-            interest[y * width + x] = most < 1 ? most : 1;
-            if (met_pixels[y * width + x]) {
-                sum += (double)interest[y * width + x];
-                met++;
-            }
-        }
-    float floor = met > 0 && sum > 0 ? (float)(sum / met / 4) : 1;
-    for (size_t p = 0; p < width * height; p++)
-        interest[p] = met_pixels[p] ? interest[p] + floor : 0;
-    return interest;
-}
-
-/* Pixels that objects touch: those where a shell is met, and where the picture is drawn on. Where
- * there are no shells, the latter take the place of the former. */
-static size_t count_touched(const struct measure *measure, uint8_t *met_pixels, size_t *met) {
-    const double *background = measure->scene->image.background;
-    size_t count = (size_t)measure->scene->image.width * (size_t)measure->scene->image.height;
-    size_t touched = 0;
-    *met = 0;
-    for (size_t p = 0; p < count; p++) {
-        const float *pixel = measure->pixels + 4 * p;
-        bool drawn_on = false;
-        for (int i = 0; i < 4; i++) {
-            double behind = i < 3 ? background[i] * background[3] : background[3];
-            drawn_on |= fabs((double)pixel[i] - behind) > 1.0 / 512;
-        }
-        if (!measure->met)
-            met_pixels[p] = drawn_on;
-        *met += met_pixels[p];
-        touched += met_pixels[p] || drawn_on;
-    }
-    return touched;
-}
-
-enum status measure_estimate(const struct measure *measure, struct report *report,
-                             struct error *err) {
-    const struct scene_image *image = &measure->scene->image;
-    struct probe *probe = measure->probe;
-    int k = measure->drawing->plan->k, side = probe_block_side(image->width, image->height, k);
-    double began = clock_now_ms();
-    struct report_error *out = &report->error;
-    *out = unknown;
-    out->kind = REPORT_ERROR_ESTIMATE;
-    uint8_t *met_pixels = measure_met_pixels(measure->met, image->width, image->height, k);
-    struct weighted *errors = NULL;
-    float *interest = NULL;
-    enum status status = STATUS_OK;
-    if (!met_pixels) {
-        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to measure a picture");
-        goto done;
-    }
-    size_t met, touched = count_touched(measure, met_pixels, &met);
-    double eligible =
-        (double)probe_eligible(image->width, image->height, k, side, measure->met) * side * side;
-    double every = fmax(1, fmin(ESTIMATE_EVERY, eligible / ESTIMATE_PIXELS_MIN));
-    interest = find_interest(measure, met_pixels);
-    status = interest
-                 ? probe_choose(probe, image->width, image->height, k, side, measure->met, interest,
-                                every, err)
-                 : error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to measure a picture");
-    if (status == STATUS_OK && !measure_is_exact(measure->drawing->picture))
-        status = draw_again(measure, ESTIMATE_FACTOR, err);
-    errors = status == STATUS_OK ? malloc((probe->count + 1) * sizeof *errors) : NULL;
-    if (status == STATUS_OK && !errors)
-        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to measure a picture");
-    if (status != STATUS_OK)
-        goto done;
-    struct squares squares = {0};
-    out->p99 = embedded_pair(measure, met_pixels, &squares, errors);
-    /* Over all touched pixels: where no shell is met there is no error. */
-    double share = touched ? sqrt((double)met / (double)touched) : 0;
-    out->pixels = probe->count;
-    out->touched = squares.count;
-    out->discretisation = squares_rmse(&squares) * share;
-    out->discretisation_standard_error = squares_standard_error(&squares) * share;
-    out->max_abs = squares.largest;
-    struct measure_model model;
-    double spent = clock_now_ms() - began;
-    status = measure_model(measure, probe->pixels, met_pixels,
-                           fmax(MODEL_MS_MIN, 0.1 * (measure->spent_ms + spent)), &model, err);
-    if (status != STATUS_OK)
-        goto done;
-    out->model = model.rmse * share;
-    out->model_standard_error = model.standard_error * share;
-    out->model_pixels = model.pixels;
-    out->rmse = hypot(out->discretisation, out->model);
-    out->rmse_standard_error = hypot(out->discretisation * out->discretisation_standard_error,
-                                     out->model * out->model_standard_error) /
-                               fmax(out->rmse, 1e-300);
-    if (model.pixels == 0 && squares.count)
-        report_warn(report, "model-error-unknown", "/report/error", 1, 0,
-                    "the model error is left out: making the reference ready for this many "
-                    "triangles would take longer than a tenth of the picture's time");
-    if (squares.count == 0)
-        out->rmse = out->model = 0;
-    frame_figures(out, (double)touched / ((double)image->width * image->height));
-done:
-    free(errors);
-    free(interest);
-    free(met_pixels);
     return status;
 }

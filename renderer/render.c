@@ -7,7 +7,7 @@
  *   choose    trials for a target             aim.c
  *   draw      surfaces, solids, media         drawing.c: path, in the order that plan.c decides
  *   readback  resolve, pixels                 here
- *   error     estimate, reference             measure.c */
+ *   error     estimate, reference             estimate.c, measure.c */
 #include "renderer/render.h"
 
 #include <math.h>
@@ -336,7 +336,7 @@ static enum status fulfil(struct renderer *renderer, const struct scene *scene,
         measure.spent_ms = clock_now_ms() - began + clock->stage_ms[REPORT_STAGE_sort];
         if (target->has_max_error || scene->error_mode == SCENE_ERROR_ESTIMATE) {
             stage_clock_next(clock, REPORT_STAGE_error, true);
-            status = measure_estimate(&measure, report, err);
+            status = estimate_error(&measure, report, err);
         }
         if (status == STATUS_OK && target->has_max_error && aim_again(&aim, report)) {
             stage_clock_next(clock, REPORT_STAGE_choose, true);

@@ -39,11 +39,13 @@ static void tally_finish(struct tally *tally, struct error_figures *figures) {
     figures->p99 = (double)tally->errors[rank - 1];
 }
 
-static int drawn_on(const float *pixel, const double background[4]) {
-    for (int i = 0; i < 4; i++)
-        if (!(fabs((double)pixel[i] - background[i]) <= SILHOUETTE))
-            return 1;
-    return 0;
+bool error_drawn_on(const float pixel[4], const double background[4]) {
+    for (int i = 0; i < 4; i++) {
+        double behind = background[i] * (i < 3 ? background[3] : 1);
+        if (!(fabs((double)pixel[i] - behind) <= SILHOUETTE))
+            return true;
+    }
+    return false;
 }
 
 static int finite_pixel(const float *pixel) {
@@ -63,8 +65,6 @@ enum status error_compare(const float *test, const float *reference, int width, 
             free(map);
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to compare pictures");
     }
-    double behind[4] = {background[0] * background[3], background[1] * background[3],
-                        background[2] * background[3], background[3]};
     struct tally inside = {.errors = errors}, whole = {.errors = errors + count};
     for (size_t p = 0; p < count; p++) {
         const float *a = test + 4 * p, *b = reference + 4 * p;
@@ -76,7 +76,7 @@ enum status error_compare(const float *test, const float *reference, int width, 
             squares += difference * difference;
             largest = fmax(largest, difference);
         }
-        int drawn[2] = {drawn_on(a, behind), drawn_on(b, behind)};
+        bool drawn[2] = {error_drawn_on(a, background), error_drawn_on(b, background)};
         metrics->coverage += drawn[0] != drawn[1];
         tally_pixel(&whole, squares, largest);
         if ((touched && touched[p]) || drawn[0] || drawn[1])

@@ -5,6 +5,7 @@
 #ifndef PELT_RENDERER_ERROR_METRICS_H
 #define PELT_RENDERER_ERROR_METRICS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -31,13 +32,15 @@ struct error_metrics {
 };
 
 /* Compares `test` with `reference`. `touched` has a byte for each pixel, not 0 where any object
- * touches it, or is NULL; a pixel where one of the pictures is drawn on counts as touched in any
- * case, or else a silhouette that is too large would cost nothing. A pixel is drawn on where a
- * channel differs from the premultiplied `background` (straight linear RGBA, as in the scene) by
- * more than 1/512, half a code of 8 bits. `flip_map` receives FLIP for each pixel
- * (width * height; may be NULL). STATUS_OUT_OF_MEMORY. */
+ * touches it, or is NULL; a pixel where one of the pictures is drawn on (error_drawn_on) counts as
+ * touched in any case, or else a silhouette that is too large would cost nothing. `flip_map`
+ * receives FLIP for each pixel (width * height; may be NULL). STATUS_OUT_OF_MEMORY. */
 enum status error_compare(const float *test, const float *reference, int width, int height,
                           const uint8_t *touched, const double background[4], float *flip_map,
                           struct error_metrics *metrics, struct error *err);
+
+/* Whether a pixel is drawn on: a channel differs from the premultiplied `background` (straight
+ * linear RGBA, as in the scene) by more than 1/512, half a code of 8 bits, or is no number. */
+bool error_drawn_on(const float pixel[4], const double background[4]);
 
 #endif
