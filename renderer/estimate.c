@@ -275,7 +275,7 @@ enum status estimate_error(const struct measure *measure, struct report *report,
                     "the model error is left out: making the reference ready for this many "
                     "triangles would take longer than a tenth of the picture's time");
     if (squares.count == 0)
-        out->rmse = out->model = 0;
+        out->rmse = out->rmse_standard_error = out->model = out->model_standard_error = 0;
     out->whole_rmse = out->rmse * sqrt((double)touched / ((double)image->width * image->height));
     out->psnr_db = out->whole_rmse > 0 ? -20 * log10(out->whole_rmse) : INFINITY;
 done:
