@@ -24,6 +24,7 @@
 #include "renderer/gl/resolve.h"
 #include "renderer/gl/target.h"
 #include "renderer/measure.h"
+#include "renderer/path/variant.h"
 #include "renderer/plan.h"
 #include "renderer/prepare.h"
 
@@ -398,7 +399,8 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         if (!object->shell || object->volume->homogeneous)
             continue;
         status =
-            bake_acquire(renderer->textures, object->volume, object->volume->lit, &object->baked,
+            bake_acquire(renderer->textures, object->volume,
+                         variant_needs_normals(object, picture.lights.count), &object->baked,
                          &report->cold, &report->work.upload_bytes, &clock, err);
         if (status != STATUS_OK)
             goto done;

@@ -34,6 +34,8 @@ void march(inout Ray ray, vec3 at_in, vec3 along, float span, mat3 to_world, vec
         vec3 n = to_world * gradient;
         n *= inversesqrt(max(dot(n, n), 1.0e-37));
         source = lit(source, n, v, g / (g + 0.01));
+#elif (VARIANT & FLAG_AMBIENT) != 0
+        source *= frame[FRAME_AMBIENT].rgb;
 #endif
         float tau_i = m.a * length_scaled;
         float lost = ray.left * one_minus_exp(tau_i);

@@ -58,6 +58,8 @@ vec3 shade_solid(vec3 q, mat3 to_world, vec3 v, bool at_boundary, vec3 cut) {
     vec3 n = to_world * texture(solid_gradient, q).xyz;
     n = at_boundary && !(dot(n, n) > 1.0e-12) ? (dot(cut, v) < 0.0 ? -cut : cut) : n;
     source = lit(source, n * inversesqrt(max(dot(n, n), 1.0e-37)), v, 1.0);
+#elif (VARIANT & FLAG_AMBIENT) != 0
+    source *= frame[FRAME_AMBIENT].rgb;
 #endif
     return source;
 }

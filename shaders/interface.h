@@ -5,14 +5,17 @@
 
 /* Which variants of a program that knows the flags `known` make sense: a cell holds one thing, not
  * two (media of other objects are other draws); a homogeneous medium is unlit, its colour is its
- * radiance; a highlight needs light; solids
- * are hidden by the depth test, not by clipping. The checks compile every variant for which this
- * holds, and gl_programs_get() takes no other. */
+ * radiance; a highlight needs a light with a direction, and where there is none nothing needs a
+ * normal; a surface is always lit; solids are hidden by the depth test, not by clipping. The checks
+ * compile every variant for which this holds, and gl_programs_get() takes no other. */
+#define FLAGS_LIGHT (FLAG_LIT | FLAG_AMBIENT)
 #define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
 #define VARIANT_MAKES_SENSE(v, known)                                                              \
     ((((v)&FLAGS_CONTENT) == FLAG_MEDIUM || ((v)&FLAGS_CONTENT) == FLAG_SOLID ||                   \
       ((v)&FLAGS_CONTENT) == FLAG_HOMOGENEOUS || ((known)&FLAGS_CONTENT) == 0) &&                  \
-     (((v)&FLAG_LIT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                       \
+     (((v)&FLAGS_LIGHT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                    \
+     ((v)&FLAGS_LIGHT) != FLAGS_LIGHT &&                                                           \
+     (((v)&FLAGS_LIGHT) != 0 || ((known)&FLAG_TEXTURED) == 0) &&                                   \
      (((v)&FLAG_SPECULAR) == 0 || ((v)&FLAG_LIT) != 0) &&                                          \
      (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0))
 
@@ -20,12 +23,13 @@
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
 #define FLAG_SOLID       0x0002 /* the material has a solid field: find its first surface */
 #define FLAG_HOMOGENEOUS 0x0004 /* constant extinction: closed form, no texture, no loop */
-#define FLAG_LIT         0x0008 /* directional and ambient light */
+#define FLAG_LIT         0x0008 /* directional and ambient light, which needs normals */
 #define FLAG_SPECULAR    0x0010 /* a specular term */
 #define FLAG_OCCLUDED    0x0020 /* opaque things exist: clip each segment at their depth */
 #define FLAG_EYE_INSIDE  0x0040 /* the eye may be inside a cell: clip each segment at the eye */
 #define FLAG_TEXTURED    0x0080 /* a surface with a base colour texture */
 #define FLAG_BLOCKS      0x0100 /* resolve: only blocks of pixels, one after another */
+#define FLAG_AMBIENT     0x0200 /* ambient light alone, the same from everywhere: no normals */
 
 #define LIGHTS_MAX 8
 

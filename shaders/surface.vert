@@ -3,11 +3,15 @@
 #include "common_frame.glsl"
 
 layout(location = 0) in vec3 position; /* relative to the mesh's centre */
+#if (VARIANT & FLAG_LIT) != 0
 layout(location = 1) in vec3 normal_in;
-layout(location = 2) in vec2 uv_in;
-
 out vec3 normal;
+#endif
+#if (VARIANT & FLAG_TEXTURED) != 0
+layout(location = 2) in vec2 uv_in;
 out vec2 uv;
+#endif
+
 out float h; /* depth + 1: affine over the triangle */
 
 void main() {
@@ -15,6 +19,10 @@ void main() {
     h = dot(frame[FRAME_H_ROW], p);
     float w = frame[FRAME_MATERIAL].w != 0.0 ? 1.0 : h;
     gl_Position = vec4(dot(frame[FRAME_X_ROW], p), dot(frame[FRAME_Y_ROW], p), 0.0, w);
+#if (VARIANT & FLAG_LIT) != 0
     normal = normal_in;
+#endif
+#if (VARIANT & FLAG_TEXTURED) != 0
     uv = uv_in;
+#endif
 }

@@ -9,6 +9,7 @@
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
 #include "renderer/path/resident.h"
+#include "renderer/path/variant.h"
 
 enum { DEVICE_BYTES_MAX = 256 << 20 };
 
@@ -213,8 +214,8 @@ enum status surface_pass_draw(struct surface_pass *pass, struct picture *picture
             bool textured = !color && batch->texture;
             GLuint program;
             status = gl_programs_get(picture->programs, GL_PROGRAM_SURFACE,
-                                     FLAG_LIT | (textured ? FLAG_TEXTURED : 0u), &program,
-                                     &picture->cold, err);
+                                     variant_of_surface(object, picture->lights.count, textured),
+                                     &program, &picture->cold, err);
             if (status != STATUS_OK)
                 break;
             for (int c = 0; c < 3; c++)

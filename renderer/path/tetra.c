@@ -18,6 +18,7 @@
 #include "renderer/path/frame.h"
 #include "renderer/path/path.h"
 #include "renderer/path/resident.h"
+#include "renderer/path/variant.h"
 #include "renderer/path/walk.h"
 #include "renderer/shell/entries.h"
 #include "renderer/shell/sort.h"
@@ -244,19 +245,9 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
     return status;
 }
 
-/* The variant for one object in one of the two draws. */
 static uint32_t variant_of(const struct path_object *object, const struct picture *picture,
                            bool solid) {
-    const struct volume *volume = object->volume;
-    uint32_t flags = object->projection.behind ? FLAG_EYE_INSIDE : 0;
-    if (solid)
-        flags |= FLAG_SOLID;
-    else
-        flags |= (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) |
-                 (picture->occluded ? FLAG_OCCLUDED : 0);
-    if (volume->lit && !volume->homogeneous)
-        flags |= FLAG_LIT | (volume->specular > 0 && picture->lights.count ? FLAG_SPECULAR : 0);
-    return flags;
+    return variant_of_shell(object, picture->lights.count, picture->occluded, solid);
 }
 
 /* Compiles, or finds, what an object is drawn with, so that drawing only draws. */

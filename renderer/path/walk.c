@@ -8,6 +8,7 @@
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
 #include "renderer/path/resident.h"
+#include "renderer/path/variant.h"
 #include "renderer/shell/entries.h"
 
 enum { DEVICE_BYTES_MAX = 512 << 20, VISITS_MAX = 16384 };
@@ -111,14 +112,7 @@ static enum status upload_shell(struct walk_pass *pass, const struct shell *shel
 
 static uint32_t variant_of(const struct path_object *object, const struct picture *picture,
                            bool solid) {
-    const struct volume *volume = object->volume;
-    uint32_t flags = FLAG_SOLID;
-    if (!solid)
-        flags = (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) |
-                (picture->occluded ? FLAG_OCCLUDED : 0);
-    if (volume->lit && !volume->homogeneous)
-        flags |= FLAG_LIT | (volume->specular > 0 && picture->lights.count ? FLAG_SPECULAR : 0);
-    return flags;
+    return variant_of_shell(object, picture->lights.count, picture->occluded, solid);
 }
 
 /* One object's entries to the device. */
