@@ -8,7 +8,7 @@
  * radiance; a highlight needs a light with a direction, and where there is none nothing needs a
  * normal; a surface is always lit; solids are hidden by the depth test, not by clipping. The checks
  * compile every variant for which this holds, and gl_programs_get() takes no other. */
-#define FLAGS_LIGHT (FLAG_LIT | FLAG_AMBIENT)
+#define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
 #define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
 #define VARIANT_MAKES_SENSE(v, known)                                                              \
     ((((v)&FLAGS_CONTENT) == FLAG_MEDIUM || ((v)&FLAGS_CONTENT) == FLAG_SOLID ||                   \

@@ -46,7 +46,8 @@ static void test_what_makes_sense(void **state) {
     assert_false(gl_program_makes_sense(GL_PROGRAM_TETRA, FLAG_MEDIUM | (FLAG_TEXTURED)));
     assert_true(gl_program_makes_sense(GL_PROGRAM_TETRA, FLAG_MEDIUM | FLAG_AMBIENT));
     assert_false(gl_program_makes_sense(GL_PROGRAM_TETRA, FLAG_MEDIUM | FLAG_AMBIENT | FLAG_LIT));
-    assert_false(gl_program_makes_sense(GL_PROGRAM_TETRA, FLAG_SOLID | FLAG_AMBIENT | FLAG_SPECULAR));
+    assert_false(
+        gl_program_makes_sense(GL_PROGRAM_TETRA, FLAG_SOLID | FLAG_AMBIENT | FLAG_SPECULAR));
     assert_false(gl_program_makes_sense(GL_PROGRAM_TETRA, FLAG_HOMOGENEOUS | FLAG_AMBIENT));
     assert_true(gl_program_makes_sense(GL_PROGRAM_SURFACE, FLAG_AMBIENT | FLAG_TEXTURED));
     assert_false(gl_program_makes_sense(GL_PROGRAM_SURFACE, FLAG_TEXTURED));
