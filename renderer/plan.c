@@ -78,6 +78,17 @@ void plan_warn_overlaps(const struct path_object *objects, size_t count, struct 
             "their colours are mixed cell by cell, not by extinction");
 }
 
+/* Whether more than one thing is written to a sample and depth decides between them. Triangles,
+ * and cells drawn one by one, hide one another; a walk through one shell finds each sample's first
+ * surface by itself. */
+static bool needs_depth(const struct plan *plan, const struct path_object *objects, size_t count) {
+    size_t walked = 0, cells = 0;
+    for (size_t i = 0; i < count; i++)
+        if (objects[i].shell && volume_has_solid(objects[i].volume))
+            *(objects[i].walk ? &walked : &cells) += 1;
+    return plan->occluded || plan->surface || cells > 0 || walked > 1;
+}
+
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
                struct plan *plan) {
     *plan = (struct plan){.k = (int)lround(sqrt(scene->image.samples)),
@@ -92,6 +103,8 @@ void plan_make(const struct scene *scene, const struct path_object *objects, siz
         plan->media |= volume_has_medium(objects[i].volume);
         plan->walk |= objects[i].walk;
     }
+    plan->occluded = plan->media && (plan->surface || plan->solid);
+    plan->depth = needs_depth(plan, objects, count);
 }
 
 struct needs {

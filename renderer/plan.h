@@ -15,6 +15,8 @@ struct plan {
     bool media;              /* semi-transparent parts */
     bool walk;               /* some shell is walked through */
     bool measured;           /* an error estimate or a target asks which samples meet a shell */
+    bool occluded;           /* something opaque may lie before a medium */
+    bool depth;              /* a depth buffer: opaque things may hide one another, or media */
     int k;                   /* samples along a pixel's side */
 };
 

@@ -178,7 +178,7 @@ enum status probe_draw(struct probe *probe, const struct drawing *drawing,
     if (probe->count == 0)
         return STATUS_OK;
     enum status status = gl_target_resize(target, target->width, target->height,
-                                          picture->occluded || needs_mask(drawing), err);
+                                          drawing->plan->depth || needs_mask(drawing), err);
     if (status != STATUS_OK)
         return status;
     int kept[SCENE_OBJECTS_MAX];

@@ -260,7 +260,7 @@ static enum status develop(struct renderer *renderer, const struct drawing *draw
     const struct scene *scene = &result->report.resolved;
     stage_clock_next(picture->clock, REPORT_STAGE_draw, true);
     enum status status = gl_target_resize(&renderer->samples, picture->world.width,
-                                          picture->world.height, picture->occluded, err);
+                                          picture->world.height, drawing->plan->depth, err);
     if (status == STATUS_OK)
         status = drawing_run(drawing, err);
     if (status != STATUS_OK)
@@ -377,7 +377,7 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         .world = world,
         .objects = prepared.objects,
         .object_count = prepared.object_count,
-        .occluded = plan.surface || plan.solid,
+        .occluded = plan.occluded,
         .report = report,
         .clock = &clock,
     };
@@ -398,15 +398,14 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         struct path_object *object = &prepared.objects[i];
         if (!object->shell || object->volume->homogeneous)
             continue;
-        status =
-            bake_acquire(renderer->textures, object->volume,
-                         variant_needs_normals(object, picture.lights.count), &object->baked,
-                         &report->cold, &report->work.upload_bytes, &clock, err);
+        status = bake_acquire(renderer->textures, object->volume,
+                              variant_needs_normals(object, picture.lights.count), &object->baked,
+                              &report->cold, &report->work.upload_bytes, &clock, err);
         if (status != STATUS_OK)
             goto done;
     }
     stage_clock_next(&clock, REPORT_STAGE_upload, true);
-    if ((status = gl_target_resize(&renderer->samples, world.width, world.height, picture.occluded,
+    if ((status = gl_target_resize(&renderer->samples, world.width, world.height, plan.depth,
                                    err)) != STATUS_OK ||
         (status = gl_target_resize(&renderer->picture, result->width, result->height, false,
                                    err)) != STATUS_OK)
