@@ -13,11 +13,11 @@
 
 enum { DEVICE_BYTES_MAX = 256 << 20 };
 
-struct corner {
-    float position[3], normal[3], uv[2];
-};
+/* Each in a buffer of its own, so that what no picture has asked for is not there. */
+enum attribute { POSITION, NORMAL, UV, ATTRIBUTES };
+static const GLint components[ATTRIBUTES] = {3, 3, 2};
 
-/* Triangles of one surface, next to one another in the buffer. */
+/* Triangles of one surface, next to one another in the buffers. */
 struct batch {
     uint32_t first, count; /* corners */
     float color[3];
@@ -25,7 +25,7 @@ struct batch {
 };
 
 struct device_mesh {
-    GLuint vertex_array, buffer;
+    GLuint vertex_array, buffers[ATTRIBUTES]; /* 0 until wanted */
     uint32_t batch_count, texture_count;
     struct batch *batches;
     GLuint *textures;
@@ -39,7 +39,7 @@ struct surface_pass {
 static void destroy_mesh(void *data) {
     struct device_mesh *mesh = data;
     glDeleteVertexArrays(1, &mesh->vertex_array);
-    glDeleteBuffers(1, &mesh->buffer);
+    glDeleteBuffers(ATTRIBUTES, mesh->buffers);
     if (mesh->textures)
         glDeleteTextures((GLsizei)mesh->texture_count, mesh->textures);
     free(mesh->textures);
@@ -76,6 +76,11 @@ static const double *scene_color(const struct scene_object *object) {
     return object->shell.base.has_color ? object->shell.base.color : NULL;
 }
 
+bool surface_textured(const struct path_object *object) {
+    return surface_wanted(object->object) && !scene_color(object->object) &&
+           object->mesh->image_count > 0;
+}
+
 static GLuint make_texture(const struct mesh_image *image) {
     int longest = image->width > image->height ? image->width : image->height, levels = 1;
     while (longest >> levels)
@@ -93,11 +98,7 @@ static GLuint make_texture(const struct mesh_image *image) {
 
 /* Corners sorted by surface: a counting sort, since an asset may bring tens of thousands of
  * surfaces and millions of triangles. */
-static void fill_corners(const struct mesh *mesh, struct device_mesh *device,
-                         struct corner *corners) {
-    double center[3];
-    for (int i = 0; i < 3; i++)
-        center[i] = mesh->bounds_min[i] + (mesh->bounds_max[i] - mesh->bounds_min[i]) / 2;
+static void make_batches(const struct mesh *mesh, struct device_mesh *device) {
     for (uint32_t f = 0; f < mesh->triangle_count; f++)
         device->batches[mesh->surface[f]].count += 3;
     uint32_t next = 0;
@@ -105,38 +106,95 @@ static void fill_corners(const struct mesh *mesh, struct device_mesh *device,
         struct batch *batch = &device->batches[s];
         batch->first = next;
         next += batch->count;
-        batch->count = 0; /* grows again as corners arrive */
         memcpy(batch->color, mesh->surfaces[s].base_color, sizeof batch->color);
         if (mesh->surfaces[s].image >= 0)
             batch->texture = device->textures[mesh->surfaces[s].image];
     }
+}
+
+static void fill_corner(const struct mesh *mesh, enum attribute attribute, uint32_t f, int c,
+                        const double center[3], float *out) {
+    const double *p = mesh->position[mesh->vertex[f][c]];
+    for (int i = 0; i < components[attribute]; i++)
+        switch (attribute) {
+        case POSITION:
+            out[i] = (float)(p[i] - center[i]);
+            break;
+        case NORMAL:
+            out[i] = mesh->corner_normal[f][c][i];
+            break;
+        default:
+            /* Wrapping is the sampler's; whole tiles go before fp32 loses the fraction. */
+            out[i] = (float)(mesh->corner_uv[f][c][i] - floor(mesh->corner_uv[f][0][i]));
+        }
+}
+
+static void fill_corners(const struct mesh *mesh, struct device_mesh *device,
+                         enum attribute attribute, float *out) {
+    double center[3];
+    for (int i = 0; i < 3; i++)
+        center[i] = mesh->bounds_min[i] + (mesh->bounds_max[i] - mesh->bounds_min[i]) / 2;
+    for (uint32_t s = 0; s < mesh->surface_count; s++)
+        device->batches[s].count = 0; /* grows again as corners arrive */
     for (uint32_t f = 0; f < mesh->triangle_count; f++) {
         struct batch *batch = &device->batches[mesh->surface[f]];
         for (int c = 0; c < 3; c++) {
-            struct corner *out = &corners[batch->first + batch->count++];
-            const double *p = mesh->position[mesh->vertex[f][c]];
-            for (int i = 0; i < 3; i++)
-                out->position[i] = (float)(p[i] - center[i]);
-            memcpy(out->normal, mesh->corner_normal[f][c], sizeof out->normal);
-            /* Wrapping is the sampler's; whole tiles go before fp32 loses the fraction. */
-            for (int i = 0; i < 2; i++)
-                out->uv[i] = (float)(mesh->corner_uv[f][c][i] - floor(mesh->corner_uv[f][0][i]));
+            size_t corner = batch->first + batch->count++;
+            fill_corner(mesh, attribute, f, c, center,
+                        out + corner * (size_t)components[attribute]);
         }
     }
 }
 
-static enum status upload_mesh(struct surface_pass *pass, const struct mesh *mesh,
-                               struct picture *picture, struct error *err) {
+static enum status no_memory(const struct mesh *mesh, struct error *err) {
+    return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a mesh of %u triangles",
+                       mesh->triangle_count);
+}
+
+static size_t attribute_bytes(const struct mesh *mesh, enum attribute attribute) {
+    return 3 * (size_t)mesh->triangle_count * (size_t)components[attribute] * sizeof(float);
+}
+
+/* An attribute that a picture needs, unless an earlier one has needed it. */
+static enum status want_attribute(struct device_mesh *device, const struct mesh *mesh,
+                                  enum attribute attribute, struct picture *picture,
+                                  struct error *err) {
+    if (device->buffers[attribute])
+        return STATUS_OK;
+    size_t bytes = attribute_bytes(mesh, attribute);
+    float *corners = malloc(bytes + 1);
+    if (!corners)
+        return no_memory(mesh, err);
+    fill_corners(mesh, device, attribute, corners);
+    glCreateBuffers(1, &device->buffers[attribute]);
+    glNamedBufferStorage(device->buffers[attribute], (GLsizeiptr)(bytes + 4), NULL,
+                         GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferSubData(device->buffers[attribute], 0, (GLsizeiptr)bytes, corners);
+    free(corners);
+    GLuint array = device->vertex_array, at = (GLuint)attribute;
+    glVertexArrayVertexBuffer(array, at, device->buffers[attribute], 0,
+                              components[attribute] * (GLsizei)sizeof(float));
+    glEnableVertexArrayAttrib(array, at);
+    glVertexArrayAttribFormat(array, at, components[attribute], GL_FLOAT, GL_FALSE, 0);
+    glVertexArrayAttribBinding(array, at, at);
+    picture->report->work.upload_bytes += bytes;
+    return gl_check("uploading a mesh", err);
+}
+
+/* A mesh without attributes; its textures, where it was read with any. */
+static enum status make_mesh(struct surface_pass *pass, const struct mesh *mesh,
+                             struct picture *picture, struct error *err) {
     struct device_mesh *device = calloc(1, sizeof *device);
-    struct corner *corners = malloc((3 * (size_t)mesh->triangle_count + 1) * sizeof *corners);
-    if (!device || !corners)
-        goto no_memory;
+    if (!device)
+        return no_memory(mesh, err);
     device->batch_count = mesh->surface_count;
     device->batches = calloc(mesh->surface_count + (size_t)1, sizeof *device->batches);
     device->textures = calloc(mesh->image_count + (size_t)1, sizeof *device->textures);
-    if (!device->batches || !device->textures)
-        goto no_memory;
-    size_t bytes = 3 * (size_t)mesh->triangle_count * sizeof *corners;
+    if (!device->batches || !device->textures) {
+        destroy_mesh(device);
+        return no_memory(mesh, err);
+    }
+    size_t bytes = 0;
     for (uint32_t i = 0; i < mesh->image_count; i++) {
         if (!mesh->images[i].rgba)
             continue;
@@ -144,49 +202,39 @@ static enum status upload_mesh(struct surface_pass *pass, const struct mesh *mes
         device->texture_count = i + 1;
         bytes += (size_t)mesh->images[i].width * (size_t)mesh->images[i].height * 16 / 3;
     }
-    fill_corners(mesh, device, corners);
-    glCreateBuffers(1, &device->buffer);
-    glNamedBufferStorage(device->buffer,
-                         (GLsizeiptr)(3 * (size_t)mesh->triangle_count * sizeof *corners + 4), NULL,
-                         GL_DYNAMIC_STORAGE_BIT);
-    glNamedBufferSubData(device->buffer, 0,
-                         (GLsizeiptr)(3 * (size_t)mesh->triangle_count * sizeof *corners), corners);
+    make_batches(mesh, device);
     glCreateVertexArrays(1, &device->vertex_array);
-    GLuint array = device->vertex_array;
-    glVertexArrayVertexBuffer(array, 0, device->buffer, 0, sizeof *corners);
-    static const GLint sizes[3] = {3, 3, 2};
-    static const GLuint offsets[3] = {offsetof(struct corner, position),
-                                      offsetof(struct corner, normal), offsetof(struct corner, uv)};
-    for (GLuint a = 0; a < 3; a++) {
-        glEnableVertexArrayAttrib(array, a);
-        glVertexArrayAttribFormat(array, a, sizes[a], GL_FLOAT, GL_FALSE, offsets[a]);
-        glVertexArrayAttribBinding(array, a, 0);
-    }
-    free(corners);
     picture->report->work.upload_bytes += bytes;
+    /* The cache counts what may come later as if it were there. */
+    for (int a = 0; a < ATTRIBUTES; a++)
+        bytes += attribute_bytes(mesh, (enum attribute)a);
     if (!resident_add(&pass->meshes, mesh->serial, device, bytes))
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a mesh's buffers");
+        return no_memory(mesh, err);
     return gl_check("uploading a mesh", err);
-no_memory:
-    free(corners);
-    if (device)
-        destroy_mesh(device);
-    return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a mesh of %u triangles",
-                       mesh->triangle_count);
 }
 
 enum status surface_pass_upload(struct surface_pass *pass, struct picture *picture,
                                 struct error *err) {
     resident_begin_picture(&pass->meshes);
-    for (size_t i = 0; i < picture->object_count; i++) {
+    enum status status = STATUS_OK;
+    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
-        if (!surface_wanted(object->object) || resident_find(&pass->meshes, object->mesh->serial))
+        if (!surface_wanted(object->object))
             continue;
-        enum status status = upload_mesh(pass, object->mesh, picture, err);
-        if (status != STATUS_OK)
-            return status;
+        const struct mesh *mesh = object->mesh;
+        if (!resident_find(&pass->meshes, mesh->serial) &&
+            (status = make_mesh(pass, mesh, picture, err)) != STATUS_OK)
+            break;
+        struct device_mesh *device = resident_find(&pass->meshes, mesh->serial);
+        uint32_t variant =
+            variant_of_surface(object, picture->lights.count, surface_textured(object));
+        status = want_attribute(device, mesh, POSITION, picture, err);
+        if (status == STATUS_OK && (variant & FLAG_LIT))
+            status = want_attribute(device, mesh, NORMAL, picture, err);
+        if (status == STATUS_OK && (variant & FLAG_TEXTURED))
+            status = want_attribute(device, mesh, UV, picture, err);
     }
-    return STATUS_OK;
+    return status;
 }
 
 enum status surface_pass_draw(struct surface_pass *pass, struct picture *picture,

@@ -11,6 +11,9 @@ void surface_pass_destroy(struct surface_pass *pass); /* takes NULL */
 /* Whether an object draws triangles at all. */
 bool surface_wanted(const struct scene_object *object);
 
+/* Whether the triangles that it draws take their colour from images. */
+bool surface_textured(const struct path_object *object);
+
 /* Brings the meshes that the picture draws to the device. */
 enum status surface_pass_upload(struct surface_pass *pass, struct picture *picture,
                                 struct error *err);
