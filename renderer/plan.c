@@ -6,7 +6,10 @@
 
 #include "renderer/camera.h"
 #include "renderer/path/surface.h"
+#include "renderer/path/variant.h"
 #include "renderer/path/walk.h"
+
+#define NO_SHELL "no object is a shell"
 
 /* Media are mixed cell by cell where several shells may overlap, so only one of them can be walked;
  * solids hide one another by depth. */
@@ -89,6 +92,21 @@ static bool needs_depth(const struct plan *plan, const struct path_object *objec
     return plan->occluded || plan->surface || cells > 0 || walked > 1;
 }
 
+static uint32_t find_flags(const struct plan *plan, const struct path_object *objects, size_t count,
+                           int lights) {
+    uint32_t flags = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct path_object *object = &objects[i];
+        if (surface_wanted(object->object))
+            flags |= variant_of_surface(object, lights, surface_textured(object));
+        if (object->shell && volume_has_medium(object->volume))
+            flags |= variant_of_shell(object, lights, plan->occluded, false);
+        if (object->shell && volume_has_solid(object->volume))
+            flags |= variant_of_shell(object, lights, plan->occluded, true);
+    }
+    return flags;
+}
+
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
                struct plan *plan) {
     *plan = (struct plan){.k = (int)lround(sqrt(scene->image.samples)),
@@ -105,64 +123,111 @@ void plan_make(const struct scene *scene, const struct path_object *objects, siz
     }
     plan->occluded = plan->media && (plan->surface || plan->solid);
     plan->depth = needs_depth(plan, objects, count);
+    plan->flags = find_flags(plan, objects, count, (int)scene->light_count);
 }
 
+/* What no other field of the plan tells. */
 struct needs {
-    bool lit, specular, gradients, eye_inside, images, gltf, textures, shells, sorted;
+    bool images, gltf, shells, behind, sorted, cells, voxels, homogeneous, gradients;
 };
 
 static struct needs find_needs(const struct scene *scene, const struct path_object *objects,
                                size_t count) {
     struct needs needs = {0};
     for (size_t i = 0; i < count; i++) {
-        const struct scene_object *spec = objects[i].object;
+        const struct path_object *object = &objects[i];
+        const struct scene_object *spec = object->object;
         const struct scene_mesh *mesh =
             spec->kind == SCENE_OBJECT_SHELL ? &spec->shell.mesh : &spec->mesh.mesh;
         needs.gltf |= mesh->kind == SCENE_MESH_ASSET;
-        needs.textures |= surface_wanted(spec) && objects[i].mesh->image_count > 0;
-        needs.lit |= surface_wanted(spec);
-        if (!objects[i].shell)
+        if (!object->shell)
             continue;
+        bool medium = volume_has_medium(object->volume), solid = volume_has_solid(object->volume);
         needs.shells = true;
-        const struct volume *volume = objects[i].volume;
-        needs.lit |= volume->lit && !volume->homogeneous;
-        needs.gradients |= volume->lit && !volume->homogeneous;
-        needs.specular |= volume->lit && volume->specular > 0 && scene->light_count > 0;
-        needs.eye_inside |= objects[i].projection.behind;
         needs.images |= spec->shell.material.kind == SCENE_MATERIAL_HEIGHT;
-        needs.sorted |= volume_has_medium(volume) && !objects[i].walk;
+        needs.behind |= object->projection.behind && (medium || solid);
+        needs.sorted |= medium && !object->walk;
+        needs.cells |= (medium || solid) && !object->walk;
+        needs.voxels |= !object->volume->homogeneous;
+        needs.homogeneous |= object->volume->homogeneous && medium;
+        needs.gradients |= variant_needs_normals(object, (int)scene->light_count);
     }
     return needs;
 }
 
-/* One row: drawn for `why_in`, or left out for `why_out`. NULL: such a row is not worth a word. */
+/* One row: in for `why_in`, or left out for `why_out`; NULL where that cannot be. */
 static void tell(struct report *report, const char *name, bool in, const char *why_in,
                  const char *why_out) {
-    if (in && why_in)
+    if (in)
         report_pass(report, name, why_in);
-    if (!in && why_out)
+    else
         report_left_out(report, name, why_out);
+}
+
+/* Light, and what it takes. */
+static void tell_light(const struct plan *plan, const struct needs *needs, bool lights,
+                       struct report *report) {
+    bool lit = plan->flags & FLAG_LIT;
+    const char *unlit = "every material is unlit and there is no base or mesh";
+    const char *no_light = "there are no lights";
+    tell(report, "light", lit, "lights with a direction fall on bases, meshes or voxels",
+         lights ? unlit : no_light);
+    tell(report, "ambient", plan->flags & FLAG_AMBIENT,
+         "ambient light alone: colours are multiplied by it, without normals",
+         lit ? "it is a term of the lights with a direction" : unlit);
+    tell(report, "shadow", false, NULL, lights ? "no light casts a shadow" : no_light);
+    tell(report, "specular", plan->flags & FLAG_SPECULAR, "a material is glossy",
+         !lights ? no_light
+         : lit   ? "no lit material is glossy"
+                 : "nothing is lit");
+    tell(report, "gradients", needs->gradients, "normals of lit voxels are baked and fetched",
+         !needs->shells ? NO_SHELL
+         : !lights      ? "no light has a direction: no normals are baked, uploaded or fetched"
+                        : "no lit voxels: no normals are baked, uploaded or fetched");
+    tell(report, "mesh-normals", plan->surface && lit, "lit triangles have normals at corners",
+         plan->surface ? "no light has a direction: no normals of triangles are uploaded"
+                       : "there is no base or mesh");
+}
+
+/* How shells are gone through. */
+static void tell_shells(const struct plan *plan, const struct needs *needs, struct report *report) {
+    const char *no_shell = needs->shells ? NULL : NO_SHELL;
+    bool drawn = plan->media || plan->solid;
+    const char *nothing = no_shell ? no_shell : "no material holds anything";
+    tell(report, "voxels", needs->voxels, "materials are fetched in steps from 3D textures",
+         no_shell ? no_shell : "every material is homogeneous: no texture is made or fetched");
+    tell(report, "closed-form", needs->homogeneous,
+         "homogeneous media are integrated without textures or steps",
+         no_shell ? no_shell : "no medium is homogeneous");
+    tell(report, "cells", needs->cells, "tetrahedra are drawn one by one, from a table",
+         drawn ? "rays walk from cell to cell: the table for single cells is not uploaded"
+               : nothing);
+    tell(report, "eye-inside", plan->flags & FLAG_EYE_INSIDE,
+         "the eye may stand in a cell: each segment begins at it",
+         !drawn          ? nothing
+         : needs->behind ? "a walk begins at the eye by itself"
+                         : "every shell lies in front of the eye");
 }
 
 void plan_report(const struct plan *plan, const struct scene *scene,
                  const struct path_object *objects, size_t count, struct report *report) {
     struct needs needs = find_needs(scene, objects, count);
-    const char *no_shell = "no object is a shell";
+    bool opaque = plan->surface || plan->solid, textured = plan->flags & FLAG_TEXTURED;
     char why[160];
 
+    /* What is drawn, in order. */
     tell(report, "surface", plan->surface, "bases and plain meshes are opaque triangles",
          "no shell has a base and no object is a plain mesh");
-    tell(report, "depth", plan->surface || plan->solid, NULL,
-         "nothing opaque: no depth buffer is made and no segment is clipped at one");
+    tell(report, "entries", plan->walk, "where each sample's ray enters the shell",
+         needs.shells ? "no ray walks: cells are drawn one by one, or there are none" : NO_SHELL);
     tell(report, "solid", plan->solid, "a material has a solid part",
-         needs.shells ? "no material has a solid part" : no_shell);
-    tell(report, "entries", plan->walk, "where each sample's ray enters the shell", NULL);
+         needs.shells ? "no material has a solid part" : NO_SHELL);
     tell(report, "sort", needs.sorted, "semi-transparent tetrahedra are drawn back to front",
          plan->media    ? "rays walk from cell to cell, front to back"
-         : needs.shells ? "nothing is semi-transparent: the depth test decides"
-                        : no_shell);
+         : needs.shells ? "nothing is semi-transparent: the first surface decides"
+                        : NO_SHELL);
     tell(report, "media", plan->media, "a material has a medium",
-         needs.shells ? "no material has a medium" : no_shell);
+         needs.shells ? "no material has a medium: nothing is blended" : NO_SHELL);
     snprintf(why, sizeof why, "the mean of %d x %d samples a pixel, alpha from optical depth",
              plan->k, plan->k);
     tell(report, "resolve", true, why, NULL);
@@ -175,18 +240,21 @@ void plan_report(const struct plan *plan, const struct scene *scene,
          reference ? "4096 pixels against the reference"
                    : "some pixels four times as finely, a few against the rational ray",
          "report.error is none");
-    tell(report, "supersampling", plan->k > 1, NULL, "image.samples is 1");
-    tell(report, "shadow", false, NULL,
-         scene->light_count ? "no light casts a shadow" : "there are no lights");
-    tell(report, "light", needs.lit, NULL, "every material is unlit and there is no base or mesh");
-    tell(report, "gradients", needs.gradients, NULL,
-         needs.shells ? "no lit voxels: no normals are baked, uploaded or fetched" : no_shell);
-    tell(report, "specular", needs.specular, NULL,
-         needs.lit ? "no material is glossy" : "nothing is lit");
-    tell(report, "eye-inside", needs.eye_inside, NULL,
-         needs.shells ? "every shell lies in front of the eye" : no_shell);
-    tell(report, "base-textures", needs.textures, NULL,
-         "no base or mesh takes its colour from an image");
-    tell(report, "OpenImageIO", needs.images || needs.textures, NULL, "the scene reads no image");
-    tell(report, "tinygltf", needs.gltf, NULL, "the scene reads no glTF asset");
+
+    /* What that takes: branches, buffers, libraries. */
+    tell(report, "supersampling", plan->k > 1, "image.samples is more than 1",
+         "image.samples is 1");
+    tell(report, "depth", plan->depth, "opaque things hide one another, or media",
+         opaque ? "one solid shell is walked through alone: each ray finds its first surface"
+                : "nothing opaque: no depth buffer is made");
+    tell(report, "occluded", plan->occluded, "media end at the depth of what is opaque",
+         !plan->media ? "there is no medium to clip" : "nothing opaque clips the media");
+    tell_shells(plan, &needs, report);
+    tell_light(plan, &needs, scene->light_count > 0, report);
+    tell(report, "base-textures", textured, "a base or mesh takes its colour from an image",
+         "no base or mesh takes its colour from an image: no texture coordinates are uploaded");
+    tell(report, "OpenImageIO", needs.images || textured, "the scene reads an image",
+         "the scene reads no image");
+    tell(report, "tinygltf", needs.gltf, "the scene reads a glTF asset",
+         "the scene reads no glTF asset");
 }

@@ -17,6 +17,7 @@ struct plan {
     bool measured;           /* an error estimate or a target asks which samples meet a shell */
     bool occluded;           /* something opaque may lie before a medium */
     bool depth;              /* a depth buffer: opaque things may hide one another, or media */
+    uint32_t flags;          /* branches of the shaders (FLAG_*), of all draws together */
     int k;                   /* samples along a pixel's side */
 };
 
@@ -34,7 +35,8 @@ void plan_warn_overlaps(const struct path_object *objects, size_t count, struct 
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
                struct plan *plan);
 
-/* Tells the plan in words: passes and left_out of the report. */
+/* Tells the plan in words: every pass, branch, buffer and library of the renderer is a row of the
+ * report's `passes` or of its `left_out`. */
 void plan_report(const struct plan *plan, const struct scene *scene,
                  const struct path_object *objects, size_t count, struct report *report);
 

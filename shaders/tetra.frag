@@ -52,7 +52,12 @@ Tetra fetch_tetra() {
     int at = int(cell) * CELL_TEXELS;
     vec4 a = texelFetch(cells, at), b = texelFetch(cells, at + 1), c = texelFetch(cells, at + 2);
     vec4 d = texelFetch(cells, at + 3), e = texelFetch(cells, at + 4), f = texelFetch(cells, at + 5);
-    vec4 g = texelFetch(cells, at + 6), h = texelFetch(cells, at + 7);
+    vec4 g = texelFetch(cells, at + 6);
+#if (VARIANT & FLAG_HOMOGENEOUS) != 0
+    vec4 h = vec4(0.0); /* texture coordinates alone */
+#else
+    vec4 h = texelFetch(cells, at + 7);
+#endif
     return Tetra(a.xyz, b.xyz, c.xyz, d.xyz, e.xyz, f.xyz, g.xyz, vec3(a.w, b.w, 0.0),
                  vec3(c.w, d.w, e.w), vec3(f.w, g.w, h.x), h.yzw);
 }
