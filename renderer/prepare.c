@@ -159,11 +159,17 @@ enum status prepare_views(struct prepared *prepared, struct scene *scene, struct
 void prepared_finish(struct caches *caches, struct prepared *prepared) {
     for (size_t i = 0; i < prepared->object_count; i++) {
         struct path_object *object = &prepared->objects[i];
+        if (prepared->forced) {
+            object->volume = prepared->forced[i].original;
+            free(prepared->forced[i].medium);
+            free(prepared->forced[i].solid);
+        }
         projection_finish(&object->projection);
         volume_release(caches->volumes, object->volume);
         shell_release(caches->shells, object->shell);
         mesh_release(caches->meshes, object->mesh);
     }
+    free(prepared->forced);
     free(prepared->objects);
     *prepared = (struct prepared){0};
 }

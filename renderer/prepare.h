@@ -16,11 +16,19 @@ struct caches {
     struct volume_cache *volumes;
 };
 
+/* A volume with parts put in for measuring alone (renderer/force.h). */
+struct forced_volume {
+    const struct volume *original; /* NULL: the object has none */
+    struct volume volume;
+    float *medium, *solid; /* owned */
+};
+
 /* One scene made ready; prepared_finish() gives everything back. */
 struct prepared {
     struct path_object *objects;
     size_t object_count;
     double bounds_min[3], bounds_max[3]; /* world */
+    struct forced_volume *forced;        /* one for each object, or NULL */
 };
 
 /* Acquires what every object needs. `scene` is the copy that becomes `resolved`. Sets *made where a

@@ -19,6 +19,7 @@
 #include "renderer/aim.h"
 #include "renderer/asset/module.h"
 #include "renderer/drawing.h"
+#include "renderer/force.h"
 #include "renderer/gl/clock.h"
 #include "renderer/gl/context.h"
 #include "renderer/gl/resolve.h"
@@ -46,6 +47,7 @@ struct renderer {
     struct gl_target samples, picture;
     struct probe probe;
     double readback_ms_per_sample; /* running mean of what resolving and reading took */
+    uint32_t force;                /* 0 but while measuring: force.h */
     char cpu[128];
     int threads;
 };
@@ -219,7 +221,12 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
                              report, err);
     if (status != STATUS_OK)
         return status;
-    status = prepare_views(prepared, &report->resolved, world, err);
+    if (renderer->force & FORCE_SAMPLES)
+        report->resolved.image.samples = 4;
+    may_walk = may_walk && !(renderer->force & FORCE_SORT);
+    status = force_objects(renderer->force, prepared, err);
+    if (status == STATUS_OK)
+        status = prepare_views(prepared, &report->resolved, world, err);
     if (status == STATUS_OK)
         status = plan_order(prepared->objects, prepared->object_count, may_walk, err);
     if (status != STATUS_OK) {
@@ -229,6 +236,7 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
     resolve_objects(&report->resolved, prepared);
     plan_warn_overlaps(prepared->objects, prepared->object_count, report);
     plan_make(&report->resolved, prepared->objects, prepared->object_count, plan);
+    force_plan(renderer->force, plan);
     plan_report(plan, &report->resolved, prepared->objects, prepared->object_count, report);
     return STATUS_OK;
 }
@@ -478,6 +486,27 @@ enum status renderer_render_within(struct renderer *renderer, const struct scene
     report_warn(report, "walk-abandoned", "/objects", lost, 0,
                 "rays lost their way between cells; the cells were drawn one by one instead");
     return STATUS_OK;
+}
+
+void renderer_force(struct renderer *renderer, uint32_t force) {
+    renderer->force = force;
+}
+
+enum status renderer_count_fetches(struct renderer *renderer, bool on, struct error *err) {
+    return gl_programs_count(renderer->programs, on, err);
+}
+
+uint64_t renderer_fetches(const struct renderer *renderer) {
+    return gl_programs_counted(renderer->programs);
+}
+
+bool renderer_variant(const struct renderer *renderer, size_t index, const char **program,
+                      uint32_t *variant) {
+    enum gl_program_id id;
+    if (!gl_programs_at(renderer->programs, index, &id, variant))
+        return false;
+    *program = gl_program_name(id);
+    return true;
 }
 
 void render_result_finish(struct render_result *result) {

@@ -30,6 +30,7 @@
 #define FLAG_TEXTURED    0x0080 /* a surface with a base colour texture */
 #define FLAG_BLOCKS      0x0100 /* resolve: only blocks of pixels, one after another */
 #define FLAG_AMBIENT     0x0200 /* ambient light alone, the same from everywhere: no normals */
+#define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
 
 #define LIGHTS_MAX 8
 
@@ -74,6 +75,9 @@
 #define BINDING_ENTRIES         9  /* usamplerBuffer: where rays enter a shell */
 #define BINDING_FIRST           10 /* usamplerBuffer: a sample's first entry */
 #define BINDING_BLOCKS          11 /* samplerBuffer: the blocks' lower left pixels */
+
+#define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
+#define COUNT_SLOTS   64
 
 #define LOCATION_BLOCK 15 /* of the uniform in fullscreen.vert; programs' own begin at 0 */
 

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/gl/context.h"
 #include "renderer/gl/source.h"
 #include "shaders/interface.h"
 
@@ -31,6 +32,8 @@ struct entry {
 struct gl_programs {
     struct entry *entries;
     size_t count, capacity;
+    bool counting;
+    GLuint counts; /* COUNT_SLOTS sums of fetches */
 };
 
 const char *gl_program_name(enum gl_program_id id) {
@@ -75,6 +78,7 @@ void gl_programs_destroy(struct gl_programs *programs) {
         return;
     for (size_t i = 0; i < programs->count; i++)
         glDeleteProgram(programs->entries[i].program);
+    glDeleteBuffers(1, &programs->counts);
     free(programs->entries);
     free(programs);
 }
@@ -161,6 +165,7 @@ enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id,
                             GLuint *program, bool *compiled, struct error *err) {
     assert(id < GL_PROGRAM_COUNT);
     assert(gl_program_makes_sense(id, variant));
+    variant |= programs->counting ? FLAG_COUNT : 0;
     for (size_t i = 0; i < programs->count; i++)
         if (programs->entries[i].id == id && programs->entries[i].variant == variant) {
             *program = programs->entries[i].program;
@@ -181,4 +186,36 @@ enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id,
     if (compiled)
         *compiled = true;
     return STATUS_OK;
+}
+
+enum status gl_programs_count(struct gl_programs *programs, bool on, struct error *err) {
+    static const uint32_t zeros[COUNT_SLOTS];
+    programs->counting = on;
+    if (!on)
+        return STATUS_OK;
+    glDeleteBuffers(1, &programs->counts);
+    glCreateBuffers(1, &programs->counts);
+    glNamedBufferStorage(programs->counts, sizeof zeros, zeros, 0);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BINDING_COUNT, programs->counts);
+    return gl_check("counting fetches", err);
+}
+
+uint64_t gl_programs_counted(const struct gl_programs *programs) {
+    uint32_t counts[COUNT_SLOTS] = {0};
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    if (programs->counts)
+        glGetNamedBufferSubData(programs->counts, 0, sizeof counts, counts);
+    uint64_t sum = 0;
+    for (int i = 0; i < COUNT_SLOTS; i++)
+        sum += counts[i];
+    return sum;
+}
+
+bool gl_programs_at(const struct gl_programs *programs, size_t index, enum gl_program_id *id,
+                    uint32_t *variant) {
+    if (index >= programs->count)
+        return false;
+    *id = programs->entries[index].id;
+    *variant = programs->entries[index].variant;
+    return true;
 }

@@ -27,6 +27,15 @@ void gl_programs_destroy(struct gl_programs *programs);
 enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id, uint32_t variant,
                             GLuint *program, bool *compiled, struct error *err);
 
+/* For measuring alone: while on, fragment shaders count the texture fetches that they execute
+ * (shaders/common_count.glsl); how many since it was last turned on. STATUS_GL_ERROR. */
+enum status gl_programs_count(struct gl_programs *programs, bool on, struct error *err);
+uint64_t gl_programs_counted(const struct gl_programs *programs);
+
+/* The variants linked so far, in order; false past the last. */
+bool gl_programs_at(const struct gl_programs *programs, size_t index, enum gl_program_id *id,
+                    uint32_t *variant);
+
 /* The complete text of one stage of a variant (includes resolved, defines in place), malloc'ed.
  * `stage`: "vert", "frag" or "comp". NULL where the program has no such stage. No GL needed. */
 char *gl_program_source(enum gl_program_id id, uint32_t variant, const char *stage);

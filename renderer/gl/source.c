@@ -18,6 +18,7 @@
 #include <string.h>
 
 #include "api/embedded.h"
+#include "shaders/interface.h"
 
 static bool reserve(struct gl_source *source, size_t more) {
     size_t needed = source->length + more + 1;
@@ -137,8 +138,14 @@ enum status gl_source_assemble(struct gl_source *source, const char *name, uint3
     struct stack stack = {0};
     static const char interface[] = "interface.h";
     enum status status = add_file(source, interface, sizeof interface - 1, name, 0, &stack, err);
+    bool counts = (variant & FLAG_COUNT) && strstr(name, ".frag");
+    static const char counting[] = "common_count.glsl";
+    if (status == STATUS_OK && counts)
+        status = add_file(source, counting, sizeof counting - 1, name, 0, &stack, err);
     if (status == STATUS_OK)
         status = add_file(source, name, strlen(name), name, 0, &stack, err);
+    if (status == STATUS_OK && counts)
+        status = add_file(source, counting, sizeof counting - 1, name, 0, &stack, err);
     return status;
 }
 

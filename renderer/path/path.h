@@ -37,6 +37,8 @@ struct path_object {
     struct projection projection;
     int samples; /* steps across one thickness */
     bool walk;   /* rays walk through it from cell to cell; else its cells are drawn */
+
+    uint32_t forced; /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */
 };
 
 /* Everything that the passes of one picture share. */

@@ -34,6 +34,7 @@ struct device_mesh {
 struct surface_pass {
     struct resident_cache meshes;
     GLuint frame_buffer;
+    GLuint white; /* for measuring what a texture costs: path_object.forced */
 };
 
 static void destroy_mesh(void *data) {
@@ -61,6 +62,7 @@ void surface_pass_destroy(struct surface_pass *pass) {
         return;
     resident_clear(&pass->meshes);
     glDeleteBuffers(1, &pass->frame_buffer);
+    glDeleteTextures(1, &pass->white);
     free(pass);
 }
 
@@ -237,6 +239,12 @@ enum status surface_pass_upload(struct surface_pass *pass, struct picture *pictu
     return status;
 }
 
+static GLuint white(struct surface_pass *pass) {
+    if (!pass->white)
+        pass->white = make_texture(&(struct mesh_image){1, 1, (uint8_t[4]){255, 255, 255, 255}});
+    return pass->white;
+}
+
 enum status surface_pass_draw(struct surface_pass *pass, struct picture *picture,
                               struct error *err) {
     glEnable(GL_DEPTH_TEST);
@@ -260,17 +268,17 @@ enum status surface_pass_draw(struct surface_pass *pass, struct picture *picture
             if (batch->count == 0)
                 continue;
             bool textured = !color && batch->texture;
+            uint32_t variant = variant_of_surface(object, picture->lights.count, textured);
             GLuint program;
-            status = gl_programs_get(picture->programs, GL_PROGRAM_SURFACE,
-                                     variant_of_surface(object, picture->lights.count, textured),
-                                     &program, &picture->cold, err);
+            status = gl_programs_get(picture->programs, GL_PROGRAM_SURFACE, variant, &program,
+                                     &picture->cold, err);
             if (status != STATUS_OK)
                 break;
             for (int c = 0; c < 3; c++)
                 frame.v[FRAME_CONSTANT][c] = color ? (float)color[c] : batch->color[c];
             frame_bind(&frame, &pass->frame_buffer);
-            if (textured)
-                glBindTextureUnit(BINDING_BASE_COLOR, batch->texture);
+            if (variant & FLAG_TEXTURED)
+                glBindTextureUnit(BINDING_BASE_COLOR, textured ? batch->texture : white(pass));
             glUseProgram(program);
             glDrawArrays(GL_TRIANGLES, (GLint)batch->first, (GLsizei)batch->count);
             picture->report->work.draws++;
