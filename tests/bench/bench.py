@@ -3,7 +3,7 @@
 from the 10th to the 90th percentile, and the command that gives it. Everything is warm: the first
 runs are not counted.
 
-Usage: bench.py BUILD [--json] [--only demo,service,sort,memory,cold] [--repeats N]
+Usage: bench.py BUILD [--json] [--only demo,service,sort,plan,memory,cold] [--repeats N]
 The exit code is 0 whatever was measured: a machine may be slow or busy; numbers are for reading."""
 
 import argparse
@@ -161,6 +161,44 @@ def bench_sort(build, repeats):
     return rows
 
 
+def ratio(pairs, column):
+    """Of one column of the times of pictures drawn in turns, forced to planned."""
+    return spread([forced[column] / planned[column] for planned, forced in pairs])
+
+
+def bench_plan(build, repeats):
+    """Draw time with a part put in that the scene does not need, to that without it; same picture."""
+    program = os.path.join(build, "tests/bench/bench_plan")
+    run = subprocess.run([program, str(repeats)], check=True, stdout=subprocess.PIPE, text=True)
+    rows = []
+    for line in run.stdout.splitlines():
+        r = json.loads(line)
+        before, after = r["planned"], r["forced"]
+        every = ratio(r["ms"], 1)
+        rows.append({
+            "figure": f"{r['part']}: {r['scene']}", "measured": ratio(r["ms"], 0), "unit": "x",
+            "digits": 2, "all_stages": every, "planned": before, "forced": after,
+            "planned_draw_ms": spread([planned[0] for planned, _ in r["ms"]]),
+            "largest_difference": r["largest"], "rms_difference": r["rms"],
+            "note": f"all stages {every['median']:.2f} x; "
+                    f"passes {before['passes']} to {after['passes']}, "
+                    f"draws {before['draws']} to {after['draws']}, "
+                    f"uploads {before['bytes'] / 1e6:.2f} to {after['bytes'] / 1e6:.2f} MB, "
+                    f"fetches a sample {before['fetches']:.1f} to {after['fetches']:.1f}; "
+                    f"pictures off by {r['largest']:.1g} at most, {r['rms']:.1g} rms"})
+    modules = dict(os.environ, PELT_LIBDIR=os.path.abspath(os.path.join(build, "lib/pelt")))
+    for number in range(2):
+        opened = [json.loads(subprocess.run([program, "--library", str(number)], check=True,
+                                            capture_output=True, env=modules).stdout)
+                  for _ in range(repeats + 1)][1:]
+        rows.append({"figure": f"{opened[0]['library']}: nothing to read",
+                     "measured": spread([o["ms"] for o in opened]), "unit": "ms",
+                     "mapped": opened[0]["mapped"], "resident_kib": opened[0]["kib"],
+                     "note": f"to open it: {opened[0]['mapped']} libraries more, "
+                             f"{opened[0]['kib'] / 1024:.1f} MiB resident"})
+    return rows
+
+
 def resident_mib(pid, field="VmRSS"):
     with open(f"/proc/{pid}/status") as file:
         for line in file:
@@ -227,12 +265,13 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", default="demo,service,sort,memory,cold")
+    parser.add_argument("--only", default="demo,service,sort,plan,memory,cold")
     parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     pelt = os.path.join(options.build, "pelt")
     table = {"demo": lambda n: bench_demo(pelt, n), "service": lambda n: bench_service(pelt, n),
              "sort": lambda n: bench_sort(options.build, n),
+             "plan": lambda n: bench_plan(options.build, n),
              "memory": lambda n: bench_memory(pelt, n), "cold": lambda n: bench_cold(pelt, n)}
     results = {}
     if not options.json:
@@ -251,7 +290,7 @@ def main():
 
 
 def table_title(name):
-    return {"demo": bench_demo, "service": bench_service, "sort": bench_sort,
+    return {"demo": bench_demo, "service": bench_service, "sort": bench_sort, "plan": bench_plan,
             "memory": bench_memory, "cold": bench_cold}[name].__doc__
 
 
