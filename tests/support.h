@@ -37,7 +37,26 @@ static inline struct renderer *support_renderer(void) {
     return renderer;
 }
 
-/* The status of drawing a scene given as printf-formatted JSON with ' for ". */
+/* The status of drawing a scene given as JSON with ' for ", which are replaced in place. */
+static inline enum status support_draw_json(struct renderer *renderer,
+                                            const struct asset_source *source, char *json,
+                                            struct render_result *result) {
+    support_quote(json);
+    struct arena arena = {0};
+    struct scene scene;
+    struct error err = {0};
+    enum status status = scene_read(json, strlen(json), &arena, &scene, &err);
+    if (status == STATUS_OK)
+        status = renderer_render(renderer, &scene, source, result, &err);
+    for (size_t i = 0; i < err.fault_count; i++)
+        print_message("%s: %s\n", err.faults[i].pointer ? err.faults[i].pointer : "-",
+                      err.faults[i].message);
+    error_clear(&err);
+    arena_free(&arena);
+    return status;
+}
+
+/* The same for printf-formatted JSON that names no assets. */
 __attribute__((format(printf, 3, 4))) static inline enum status
 support_draw(struct renderer *renderer, struct render_result *result, const char *format, ...) {
     char json[8192];
@@ -46,20 +65,8 @@ support_draw(struct renderer *renderer, struct render_result *result, const char
     int length = vsnprintf(json, sizeof json, format, args);
     va_end(args);
     assert_true(length > 0 && (size_t)length < sizeof json);
-    support_quote(json);
-    struct arena arena = {0};
-    struct scene scene;
-    struct error err = {0};
     struct asset_source source = {.open = support_no_asset};
-    enum status status = scene_read(json, (size_t)length, &arena, &scene, &err);
-    if (status == STATUS_OK)
-        status = renderer_render(renderer, &scene, &source, result, &err);
-    for (size_t i = 0; i < err.fault_count; i++)
-        print_message("%s: %s\n", err.faults[i].pointer ? err.faults[i].pointer : "-",
-                      err.faults[i].message);
-    error_clear(&err);
-    arena_free(&arena);
-    return status;
+    return support_draw_json(renderer, &source, json, result);
 }
 
 static inline const float *support_pixel(const struct render_result *result, int x, int y) {
