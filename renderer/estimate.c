@@ -171,7 +171,7 @@ static double embedded_pair(const struct measure *measure, const uint8_t *met_pi
 static float *find_interest(const struct measure *measure, const uint8_t *met_pixels) {
     size_t width = (size_t)measure->scene->image.width;
     size_t height = (size_t)measure->scene->image.height;
-    float *interest = malloc((width * height + 1) * sizeof *interest);
+    float *interest = calloc(width * height + 1, sizeof *interest);
     double sum = 0, met = 0;
     if (!interest)
         return NULL;
