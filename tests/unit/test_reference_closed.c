@@ -241,6 +241,32 @@ static void test_sphere_second_order(void **state) {
     }
 }
 
+/* One unlit colour, seen along a layer of a shell so thin that a voxel is 1e6 thicknesses wide:
+ * where extinction rises from 0 to a depth of a million, the colour is the medium's own, not black.
+ */
+static void test_stiff_ramps(void **state) {
+    (void)state;
+    struct truth_fixture truth;
+    assert_int_equal(
+        truth_open(&truth,
+                   "{'image': {'width': 48, 'height': 3, 'samples': 1}, 'camera': {'eye': [0, -5, "
+                   "5e-8], 'target': [0, 0, 5e-8], 'ortho_height': 5e-8}, 'objects': [{'shell': "
+                   "{'mesh': {'shape': 'plane', 'divisions': [1, 1]}, 'thickness': 1e-7, 'tiles': "
+                   "[1, 1], 'material': {'builtin': 'clouds', 'size': [8, 8, 4], 'color': [1, 0.5, "
+                   "0.25], 'lit': false}}, 'transform': {'scale': [1e-7, 1, 1]}}]}"),
+        STATUS_OK);
+    truth_draw(&truth, 0, 1);
+    size_t opaque = 0;
+    for (size_t p = 0; p < truth.result.count; p++) {
+        const double *pixel = truth.result.pixels[p];
+        const double expected[4] = {pixel[3], pixel[3] * 0.5, pixel[3] * 0.25, pixel[3]};
+        assert_pixel(pixel, expected, p, 1e-8);
+        opaque += pixel[3] == 1;
+    }
+    assert_true(opaque > 20);
+    truth_close(&truth);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_box),
@@ -248,6 +274,7 @@ int main(void) {
         cmocka_unit_test(test_overlap),
         cmocka_unit_test(test_polyhedra),
         cmocka_unit_test(test_sphere_second_order),
+        cmocka_unit_test(test_stiff_ramps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
