@@ -2,14 +2,17 @@
  *
  * Only an exit followed by an entry is a relation: whatever lies between an entry and an exit is
  * ordered by shared faces. Faces that touch (where neighbours could not be linked) meet at one
- * depth up to rounding, so exits count as nearer by a millionth. */
+ * depth up to rounding, so exits count as nearer by a billionth: some 1e6 roundings of a key, and
+ * far less than the thinnest shell. (With a millionth, rays that leave a shell after less than that
+ * left it before they entered it, and cells that lie in order were a cycle: 6 of a sphere's 6,624
+ * near its pole at 4096 x 4096 samples.) */
 #include "renderer/shell/abuffer.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define EXIT_BIAS 1e-6
+#define EXIT_BIAS 1e-9
 
 struct fragment {
     double key;           /* grows away from the eye */

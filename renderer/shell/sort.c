@@ -129,24 +129,104 @@ static int farther(const void *a, const void *b) {
     return (x->node > y->node) - (x->node < y->node);
 }
 
-/* A cycle has no right order: its tetrahedra go by the depth of their centres, farthest first. */
-static bool order_cycle(const struct graph *graph, uint32_t *node, size_t count) {
-    struct by_depth *list = malloc(count * sizeof *list);
-    if (!list)
-        return false;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t s = shell_of(graph, node[i]);
-        const uint32_t *vertex = graph->shells[s].shell->tetra[node[i] - graph->first[s]];
-        double depth = 0;
-        for (int v = 0; v < 4; v++)
-            depth += graph->shells[s].projection->clip[vertex[v]][2];
-        list[i] = (struct by_depth){depth, node[i]};
+/* A max-heap by farther(): the farthest is at 0. */
+static void heap_push(struct by_depth *heap, size_t count, struct by_depth item) {
+    size_t at = count;
+    for (; at > 0 && farther(&item, &heap[(at - 1) / 2]) < 0; at = (at - 1) / 2)
+        heap[at] = heap[(at - 1) / 2];
+    heap[at] = item;
+}
+
+static struct by_depth heap_pop(struct by_depth *heap, size_t count) {
+    struct by_depth top = heap[0], item = heap[count - 1];
+    size_t at = 0;
+    for (;;) {
+        size_t child = 2 * at + 1;
+        if (child + 1 < count - 1 && farther(&heap[child + 1], &heap[child]) < 0)
+            child++;
+        if (child >= count - 1 || farther(&heap[child], &item) >= 0)
+            break;
+        heap[at] = heap[child];
+        at = child;
     }
-    qsort(list, count, sizeof *list, farther);
-    for (size_t i = 0; i < count; i++)
-        node[i] = list[i].node;
-    free(list);
-    return true;
+    heap[at] = item;
+    return top;
+}
+
+static int by_node(const void *a, const void *b) {
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static double depth_of(const struct graph *graph, uint32_t node) {
+    uint32_t s = shell_of(graph, node);
+    const uint32_t *vertex = graph->shells[s].shell->tetra[node - graph->first[s]];
+    double depth = 0;
+    for (int v = 0; v < 4; v++)
+        depth += graph->shells[s].projection->clip[vertex[v]][2];
+    return depth;
+}
+
+/* What `node` hides across its face k, if that is among the members; -1: nothing. */
+static ptrdiff_t hidden_across(const struct graph *graph, const uint32_t *members, size_t count,
+                               uint32_t node, uint32_t k, bool hides) {
+    uint32_t s = shell_of(graph, node), t = node - graph->first[s];
+    const struct shell *shell = graph->shells[s].shell;
+    uint32_t other = shell->neighbour[t][k];
+    if (other == SHELL_NONE)
+        return -1;
+    uint32_t across = graph->first[s] + other;
+    uint8_t bits = hides ? graph->behind[node] : graph->behind[across];
+    uint32_t face = hides ? k : shell_face_across(shell, t, k);
+    if (!(bits & (1 << face)))
+        return -1;
+    const uint32_t *found = bsearch(&across, members, count, sizeof *members, by_node);
+    return found ? found - members : -1;
+}
+
+/* A cycle has no right order. Its tetrahedra are ordered by the faces that they share, so that at
+ * least what one prism shows of itself is right, and where these leave a choice, or make a cycle
+ * among themselves, by the depth of their centres, farthest first. */
+static bool order_cycle(const struct graph *graph, uint32_t *node, size_t count) {
+    struct by_depth *all = malloc(count * sizeof *all), *ready = malloc(count * sizeof *ready);
+    uint32_t *members = malloc(count * sizeof *members);
+    uint8_t *waits = calloc(count, 1); /* members behind it that are not drawn yet; DRAWN */
+    enum { DRAWN = 255 };
+    bool good = all && ready && members && waits;
+    if (!good)
+        goto done;
+    memcpy(members, node, count * sizeof *members);
+    qsort(members, count, sizeof *members, by_node);
+    size_t heap = 0, next = 0, drawn = 0;
+    for (size_t i = 0; i < count; i++) {
+        for (uint32_t k = 0; k < 4; k++)
+            waits[i] += hidden_across(graph, members, count, members[i], k, true) >= 0;
+        all[i] = (struct by_depth){depth_of(graph, members[i]), (uint32_t)i};
+        if (waits[i] == 0)
+            heap_push(ready, heap++, all[i]);
+    }
+    qsort(all, count, sizeof *all, farther);
+    while (drawn < count) {
+        while (heap == 0 && waits[all[next].node] == DRAWN)
+            next++;
+        uint32_t i = heap ? heap_pop(ready, heap--).node : all[next].node;
+        if (waits[i] == DRAWN)
+            continue;
+        waits[i] = DRAWN;
+        node[drawn++] = members[i];
+        for (uint32_t k = 0; k < 4; k++) {
+            ptrdiff_t before = hidden_across(graph, members, count, members[i], k, false);
+            if (before >= 0 && waits[before] != DRAWN && --waits[before] == 0)
+                heap_push(ready, heap++,
+                          (struct by_depth){depth_of(graph, members[before]), (uint32_t)before});
+        }
+    }
+done:
+    free(all);
+    free(ready);
+    free(members);
+    free(waits);
+    return good;
 }
 
 /* Tarjan 1972, iterative. A component is complete once everything behind it is, so components come

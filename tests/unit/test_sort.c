@@ -237,6 +237,34 @@ static void test_two_shells(void **state) {
     mesh_cache_destroy(meshes);
 }
 
+/* Shells that a ray leaves after a millionth of its length: nothing there is a cycle. */
+static void test_thin(void **state) {
+    (void)state;
+    static const double thickness[] = {1e-5, 1e-6, 1e-7};
+    for (size_t i = 0; i < sizeof thickness / sizeof *thickness; i++) {
+        struct mesh_cache *meshes = mesh_cache_create(64 << 20);
+        struct scene_mesh spec = {.kind = SCENE_MESH_SPHERE, .radius = 1, .divisions = {24, 12}};
+        const struct mesh *mesh;
+        struct shell *shell;
+        struct error err = {0};
+        assert_int_equal(mesh_acquire(meshes, &spec, false, "", NULL, &mesh, &err), STATUS_OK);
+        assert_int_equal(shell_build(mesh, thickness[i], (const double[2]){1, 1}, "", &shell, &err),
+                         STATUS_OK);
+        struct projection projection;
+        look_at(shell, (const double[3]){0.7, -2.8, 2.1}, false, 96, &projection);
+        struct sort_result sorted;
+        struct sort_shell one = {shell, &projection};
+        assert_int_equal(sort_tetrahedra(&one, 1, NULL, &sorted, &err), STATUS_OK);
+        assert_true(sorted.edges > 0);
+        assert_int_equal(sorted.cycles, 0);
+        free(sorted.order);
+        projection_finish(&projection);
+        shell_destroy(shell);
+        mesh_release(meshes, mesh);
+        mesh_cache_destroy(meshes);
+    }
+}
+
 static void test_nothing(void **state) {
     (void)state;
     struct shell shell = {0};
@@ -254,9 +282,8 @@ static void test_nothing(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order),
-        cmocka_unit_test(test_cycle),
-        cmocka_unit_test(test_two_shells),
+        cmocka_unit_test(test_order),      cmocka_unit_test(test_cycle),
+        cmocka_unit_test(test_two_shells), cmocka_unit_test(test_thin),
         cmocka_unit_test(test_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
