@@ -32,7 +32,8 @@
 #define FLAG_AMBIENT     0x0200 /* ambient light alone, the same from everywhere: no normals */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
 
-#define LIGHTS_MAX 8
+#define LIGHTS_MAX        8
+#define PIXEL_SAMPLES_MAX 256 /* of a pixel */
 
 /* The uniform block `frame`: one vec4 a row. Rays and projection are those of view.h, in the
  * object's space; the rest is in the world's. */

@@ -19,12 +19,19 @@ void main() {
     pixel = ivec2(texelFetch(blocks, block).xy) + ivec2(within % layout_of.x, within / layout_of.x);
 #endif
     ivec2 corner = pixel * k;
-    vec4 sum = vec4(0.0);
+    /* Both what is lost and what is let through: of alpha near 0 one holds the digits, of alpha near 1
+     * the other, and as many roundings as there are samples leave them there. */
+    vec3 color = vec3(0.0);
+    float lost = 0.0, through = 0.0;
     int i = 0;
     do {
         vec4 s = texelFetch(samples, corner + ivec2(i % k, i / k), 0);
-        float alpha = one_minus_exp(s.a);
-        sum += vec4(s.rgb, alpha) + background * exp(-s.a);
-    } while (++i < min(k * k, 64));
-    picture = sum / float(k * k);
+        color += s.rgb;
+        lost += one_minus_exp(s.a);
+        through += exp(-s.a);
+    } while (++i < min(k * k, PIXEL_SAMPLES_MAX));
+    float count = float(k * k);
+    float alpha = through < lost ? 1.0 - (1.0 - background.a) * (through / count)
+                                 : (lost + background.a * through) / count;
+    picture = vec4((color + background.rgb * through) / count, alpha);
 }
