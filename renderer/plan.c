@@ -202,6 +202,9 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
     tell(report, "cells", needs->cells, "tetrahedra are drawn one by one, from a table",
          drawn ? "rays walk from cell to cell: the table for single cells is not uploaded"
                : nothing);
+    tell(report, "fp64", plan->flags & FLAG_FP64,
+         "a shell is so thin, or seen from so near, that rays must meet its cells in doubles",
+         drawn ? "fp32 tells the cells of every shell apart" : nothing);
     tell(report, "eye-inside", plan->flags & FLAG_EYE_INSIDE,
          "the eye may stand in a cell: each segment begins at it",
          !drawn          ? nothing

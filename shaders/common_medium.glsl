@@ -11,10 +11,13 @@ layout(binding = BINDING_MEDIUM) uniform sampler3D medium;
 layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
 #endif
 
-/* What has been gathered, from the front: radiance, optical depth, and what is let through. */
+/* What has been gathered, from the front: radiance, optical depth, what is let through; and whether
+ * all of it was: llvmpipe lets all loops of an invocation turn 65,535 times together, and then ends
+ * them without a word. */
 struct Ray {
     vec3 color;
     float tau, left;
+    bool whole;
 };
 
 /* `at_in`, `along`: texture coordinates where the segment begins, and from there to its end; `span`
@@ -43,4 +46,5 @@ void march(inout Ray ray, vec3 at_in, vec3 along, float span, mat3 to_world, vec
         ray.left -= lost;
         ray.tau += tau_i;
     } while ((i += 1.0) < steps);
+    ray.whole = ray.whole && i >= steps;
 }

@@ -10,8 +10,10 @@ layout(binding = BINDING_SOLID_GRADIENT) uniform sampler3D solid_gradient;
 #endif
 
 /* From `at_in` on, `along` to the segment's end, in texture coordinates; `span` its length in object
- * units. True where the surface is met, `where` then in [0, 1]: 0 if the segment begins inside. */
-bool find_solid(vec3 at_in, vec3 along, float span, out float where) {
+ * units. True where the surface is met, `where` then in [0, 1]: 0 if the segment begins inside. `whole`
+ * becomes false where the driver ended the search: llvmpipe lets all loops of an invocation turn
+ * 65,535 times together, and then ends them without a word. */
+bool find_solid(vec3 at_in, vec3 along, float span, out float where, inout bool whole) {
     /* March to the first sample inside, entry included. The bound on the loop is a uniform: a count
      * from interpolants can run away. */
     float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
@@ -29,6 +31,7 @@ bool find_solid(vec3 at_in, vec3 along, float span, out float where) {
         s_in = enters ? s : s_in;
         found = found || enters;
     } while (i < steps && !found);
+    whole = whole && (found || i >= steps);
     /* Close in: s is nearly linear within a voxel, so regula falsi with a bisection every other
      * step gains at least half of the bracket in two, and mostly far more. */
     int k = found && high > 0.0 ? 0 : 6;

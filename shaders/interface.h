@@ -30,6 +30,7 @@
 #define FLAG_TEXTURED    0x0080 /* a surface with a base colour texture */
 #define FLAG_BLOCKS      0x0100 /* resolve: only blocks of pixels, one after another */
 #define FLAG_AMBIENT     0x0200 /* ambient light alone, the same from everywhere: no normals */
+#define FLAG_FP64        0x0400 /* rays meet cells in doubles (renderer/shell/precision.h) */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
 
 #define LIGHTS_MAX        8
@@ -37,8 +38,8 @@
 
 /* The uniform block `frame`: one vec4 a row. Rays and projection are those of view.h, in the
  * object's space; the rest is in the world's. */
-#define FRAME_O0 0 /* ray origin: o0, ou, ov */
-#define FRAME_OU 1
+#define FRAME_O0 0 /* ray origin: o0, ou, ov; w: view.depth_scale */
+#define FRAME_OU 1 /* w: t of the object's centre */
 #define FRAME_OV 2
 #define FRAME_D0 3 /* ray direction: d0, du, dv */
 #define FRAME_DU 4
@@ -61,7 +62,8 @@
 #define FRAME_SIZE        21 /* voxels along u, v, w; w: -1 where the transform mirrors, else 1 */
 #define FRAME_LIGHT_DIR   22 /* LIGHTS_MAX unit vectors toward the lights */
 #define FRAME_LIGHT_COLOR 30
-#define FRAME_VEC4S       38
+#define FRAME_LOW         38 /* what fp32 leaves off O0 to DV, then off X_ROW to H_ROW */
+#define FRAME_VEC4S       47
 
 #define BINDING_FRAME           0
 #define BINDING_CELLS           0 /* samplerBuffer: tetrahedra, shell.h */
@@ -82,8 +84,11 @@
 
 #define LOCATION_BLOCK 15 /* of the uniform in fullscreen.vert; programs' own begin at 0 */
 
+#define BINDING_CELLS_LOW 12 /* samplerBuffer: what fp32 leaves off the cells */
+
 #define CELL_TEXELS 8
 #define WALK_TEXELS 6
+#define LOW_TEXELS  3 /* of the four vectors that a ray is met with, one after another */
 
 /* A face of a cell is cell << 2 | face; this is none. */
 #define LINK_NONE 0xffffffffu
@@ -91,9 +96,16 @@
 /* The bottom of a prism is the face opposite the last vertex of its first cell (shell.h). */
 #define IS_BOTTOM(cell, face) ((cell) % 3u == 0u && (face) == 3u)
 
-/* Depth of a point at the ray parameter t (eye -1, far away infinite): reversed, in (0, 1]. */
-#define DEPTH_OF_T(t) (1.0 / (2.0 + (t)))
-#define T_OF_DEPTH(z) (1.0 / (z)-2.0)
+/* Depth of a point at the ray parameter t (eye -1, far away infinite): reversed, in (0, 1]. `scale`
+ * is view.depth_scale: t times it is at least -1 wherever an object is, and a unit of it no more
+ * than the scene's radius, so that fp32 tells depths apart to some 1e-7 of that from any distance.
+ */
+#define DEPTH_OF_T(t, scale) (1.0 / (2.0 + (scale) * (t)))
+
+/* Where what is hidden begins: behind a depth that was read by as much as it may have been rounded
+ * (2^-24 for z, some more for the t that a rasteriser interpolates), so that nothing is cut off
+ * that lies in front: a shell over its base may be as thin as that. */
+#define T_HIDDEN(z, scale) (((1.0 + 4.8e-7) / (z)-2.0) / (scale))
 
 /* The optical depth that stands for "opaque": exp(-x) is 0 and sums stay finite. */
 #define OPAQUE_DEPTH 1.0e30

@@ -14,7 +14,7 @@ in vec2 uv;
 #if (VARIANT & FLAG_LIT) != 0
 in vec3 normal;
 #endif
-in float h;
+in float t;
 layout(location = 0) out vec4 picture;
 
 void main() {
@@ -32,7 +32,7 @@ void main() {
 #endif
     picture = vec4(color, OPAQUE_DEPTH);
     /* In orthographic views what lies behind the eye's plane is not seen. */
-    if (h < 0.0)
+    if (t < -1.0)
         discard;
-    gl_FragDepth = DEPTH_OF_T(h - 1.0);
+    gl_FragDepth = DEPTH_OF_T(t, frame[FRAME_O0].w);
 }

@@ -12,12 +12,13 @@ layout(location = 2) in vec2 uv_in;
 out vec2 uv;
 #endif
 
-out float h; /* depth + 1: affine over the triangle */
+out float t; /* the ray's parameter: affine over the triangle */
 
 void main() {
     vec4 p = vec4(position, 1.0);
-    h = dot(frame[FRAME_H_ROW], p);
-    float w = frame[FRAME_MATERIAL].w != 0.0 ? 1.0 : h;
+    /* Without the 1 between it and H: from far away that would be all that fp32 holds. */
+    t = dot(frame[FRAME_H_ROW].xyz, position) + frame[FRAME_OU].w;
+    float w = frame[FRAME_MATERIAL].w != 0.0 ? 1.0 : 1.0 + t;
     gl_Position = vec4(dot(frame[FRAME_X_ROW], p), dot(frame[FRAME_Y_ROW], p), 0.0, w);
 #if (VARIANT & FLAG_LIT) != 0
     normal = normal_in;

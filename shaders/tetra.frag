@@ -15,6 +15,7 @@
  * digits. */
 #include "common_frame.glsl"
 #include "common_sample.glsl"
+#include "common_real.glsl"
 #if (VARIANT & FLAG_MEDIUM) != 0
 #include "common_medium.glsl"
 #elif (VARIANT & FLAG_SOLID) != 0
@@ -42,10 +43,10 @@ layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend
 #endif
 
 struct Tetra {
-    vec3 v0, v1, v2, v3; /* vertices */
-    vec3 e1, e2, e3;     /* v_k - v0 */
-    vec3 uvw0;           /* texture coordinates at v0 */
-    vec3 u1, u2, u3;     /* uvw_k - uvw0 */
+    REAL3 v0, v1, v2, v3; /* vertices */
+    vec3 e1, e2, e3;      /* v_k - v0 */
+    vec3 uvw0;            /* texture coordinates at v0 */
+    vec3 u1, u2, u3;      /* uvw_k - uvw0 */
 };
 
 Tetra fetch_tetra() {
@@ -58,30 +59,48 @@ Tetra fetch_tetra() {
 #else
     vec4 h = texelFetch(cells, at + 7);
 #endif
-    return Tetra(a.xyz, b.xyz, c.xyz, d.xyz, e.xyz, f.xyz, g.xyz, vec3(a.w, b.w, 0.0),
-                 vec3(c.w, d.w, e.w), vec3(f.w, g.w, h.x), h.yzw);
+    Tetra t = Tetra(REAL3(a.xyz), REAL3(b.xyz), REAL3(c.xyz), REAL3(d.xyz), e.xyz, f.xyz, g.xyz,
+                    vec3(a.w, b.w, 0.0), vec3(c.w, d.w, e.w), vec3(f.w, g.w, h.x), h.yzw);
+#if (VARIANT & FLAG_FP64) != 0
+    dvec3 low0, low1, low2, low3;
+    fetch_low(int(cell), low0, low1, low2, low3);
+    t.v0 += low0;
+    t.v1 += low1;
+    t.v2 += low2;
+    t.v3 += low3;
+#endif
+    return t;
+}
+
+/* Depths of v1 to v3 over v0. */
+REAL3 rise(Tetra t, REAL3 h_row) {
+#if (VARIANT & FLAG_FP64) != 0
+    return REAL3(dot(h_row, t.v1 - t.v0), dot(h_row, t.v2 - t.v0), dot(h_row, t.v3 - t.v0));
+#else
+    return REAL3(dot(h_row, t.e1), dot(h_row, t.e2), dot(h_row, t.e3));
+#endif
 }
 
 /* Where the ray enters and leaves: barycentric coordinates of v1..v3, depth relative to v0. */
 struct Hits {
-    vec3 lambda_in, lambda_out;
-    float h_in, h_out;
+    REAL3 lambda_in, lambda_out;
+    REAL h_in, h_out;
 };
 
 /* The side of edge ab on which the ray passes: its value, and its sign with ties broken as if the
  * ray were shifted by (epsilon, epsilon^2), which all cells agree on (Edelsbrunner & Muecke 1990). */
-float edge_function(vec2 a, vec2 b, out bool positive) {
-    precise float e = a.x * b.y - b.x * a.y;
-    vec2 d = b - a;
+REAL edge_function(REAL2 a, REAL2 b, out bool positive) {
+    precise REAL e = a.x * b.y - b.x * a.y;
+    REAL2 d = b - a;
     positive = e != 0.0 ? e > 0.0 : d.y != 0.0 ? d.y > 0.0 : d.x < 0.0;
     return e;
 }
 
 /* One face, its edge functions oriented around it: coordinates `weights` for v1..v3, `rest` for v0. */
-void meet_face(bool pierced, vec3 weights, float rest, vec3 h, inout Hits hits) {
+void meet_face(bool pierced, REAL3 weights, REAL rest, REAL3 h, inout Hits hits) {
     weights = abs(weights);
-    vec3 lambda = weights / max(weights.x + weights.y + weights.z + abs(rest), 1.0e-37);
-    float depth = dot(lambda, h);
+    REAL3 lambda = weights / max(weights.x + weights.y + weights.z + abs(rest), REAL(1.0e-37));
+    REAL depth = dot(lambda, h);
     bool first = pierced && depth < hits.h_in, last = pierced && depth > hits.h_out;
     hits.lambda_in = first ? lambda : hits.lambda_in;
     hits.h_in = first ? depth : hits.h_in;
@@ -89,32 +108,34 @@ void meet_face(bool pierced, vec3 weights, float rest, vec3 h, inout Hits hits) 
     hits.h_out = last ? depth : hits.h_out;
 }
 
-Hits meet_tetra(Tetra t, vec2 p) {
-    vec4 rx = frame[FRAME_X_ROW], ry = frame[FRAME_Y_ROW], rh = frame[FRAME_H_ROW];
+Hits meet_tetra(Tetra t, REAL2 p) {
+    REAL4 rx = FRAME_REAL(FRAME_X_ROW, 6), ry = FRAME_REAL(FRAME_Y_ROW, 7);
+    REAL4 rh = FRAME_REAL(FRAME_H_ROW, 8);
     /* The two functions that vanish on the ray: X - x W and Y - y W. */
     bool orthographic = frame[FRAME_MATERIAL].w != 0.0;
-    vec4 w = orthographic ? vec4(0.0, 0.0, 0.0, 1.0) : rh;
+    REAL4 w = orthographic ? REAL4(0.0, 0.0, 0.0, 1.0) : rh;
     rx -= p.x * w;
     ry -= p.y * w;
-    vec2 q0 = vec2(dot(rx.xyz, t.v0) + rx.w, dot(ry.xyz, t.v0) + ry.w);
-    vec2 q1 = vec2(dot(rx.xyz, t.v1) + rx.w, dot(ry.xyz, t.v1) + ry.w);
-    vec2 q2 = vec2(dot(rx.xyz, t.v2) + rx.w, dot(ry.xyz, t.v2) + ry.w);
-    vec2 q3 = vec2(dot(rx.xyz, t.v3) + rx.w, dot(ry.xyz, t.v3) + ry.w);
+    REAL2 q0 = REAL2(dot(rx.xyz, t.v0) + rx.w, dot(ry.xyz, t.v0) + ry.w);
+    REAL2 q1 = REAL2(dot(rx.xyz, t.v1) + rx.w, dot(ry.xyz, t.v1) + ry.w);
+    REAL2 q2 = REAL2(dot(rx.xyz, t.v2) + rx.w, dot(ry.xyz, t.v2) + ry.w);
+    REAL2 q3 = REAL2(dot(rx.xyz, t.v3) + rx.w, dot(ry.xyz, t.v3) + ry.w);
     bool p01, p02, p03, p12, p13, p23;
-    float e01 = edge_function(q0, q1, p01), e02 = edge_function(q0, q2, p02);
-    float e03 = edge_function(q0, q3, p03), e12 = edge_function(q1, q2, p12);
-    float e13 = edge_function(q1, q3, p13), e23 = edge_function(q2, q3, p23);
-    vec3 h = vec3(dot(rh.xyz, t.e1), dot(rh.xyz, t.e2), dot(rh.xyz, t.e3));
-    Hits hits = Hits(vec3(0.0), vec3(0.0), 1.0e38, -1.0e38);
+    REAL e01 = edge_function(q0, q1, p01), e02 = edge_function(q0, q2, p02);
+    REAL e03 = edge_function(q0, q3, p03), e12 = edge_function(q1, q2, p12);
+    REAL e13 = edge_function(q1, q3, p13), e23 = edge_function(q2, q3, p23);
+    REAL3 h = rise(t, rh.xyz);
+    Hits hits = Hits(REAL3(0.0), REAL3(0.0), REAL(1.0e38), REAL(-1.0e38));
     /* Around the face ijk, i < j < k, run E_ij, E_jk and -E_ik. */
-    meet_face(p12 == p23 && p12 != p13, vec3(e23, e13, e12), 0.0, h, hits);
-    meet_face(p02 == p23 && p02 != p03, vec3(0.0, e03, e02), e23, h, hits);
-    meet_face(p01 == p13 && p01 != p03, vec3(e03, 0.0, e01), e13, h, hits);
-    meet_face(p01 == p12 && p01 != p02, vec3(e02, e01, 0.0), e12, h, hits);
+    meet_face(p12 == p23 && p12 != p13, REAL3(e23, e13, e12), REAL(0.0), h, hits);
+    meet_face(p02 == p23 && p02 != p03, REAL3(0.0, e03, e02), e23, h, hits);
+    meet_face(p01 == p13 && p01 != p03, REAL3(e03, 0.0, e01), e13, h, hits);
+    meet_face(p01 == p12 && p01 != p02, REAL3(e02, e01, 0.0), e12, h, hits);
     return hits;
 }
 
-vec3 texture_at(Tetra t, vec3 lambda) {
+vec3 texture_at(Tetra t, REAL3 at) {
+    vec3 lambda = vec3(at);
     return t.uvw0 + lambda.x * t.u1 + lambda.y * t.u2 + lambda.z * t.u3;
 }
 
@@ -143,21 +164,25 @@ vec3 unit(vec3 v) {
 void main() {
     vec2 p = sample_position();
     Tetra tetra = fetch_tetra();
-    Hits hits = meet_tetra(tetra, p);
-    float begin = hits.h_in, end = hits.h_out;
+    Hits hits = meet_tetra(tetra, sample_position_real());
+    REAL begin = hits.h_in, end = hits.h_out;
 #if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID)) != 0
-    float h0 = dot(frame[FRAME_H_ROW], vec4(tetra.v0, 1.0)); /* depth of v0 + 1 */
+    REAL t0 = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, tetra.v0) + frame[FRAME_OU].w; /* of v0 */
 #endif
 #if (VARIANT & FLAG_EYE_INSIDE) != 0
-    begin = max(begin, -h0);
+    begin = max(begin, -1.0 - t0);
 #endif
 #if (VARIANT & FLAG_OCCLUDED) != 0
     float z = texelFetch(occluder, ivec2(gl_FragCoord.xy), 0).r;
-    end = z > 0.0 ? min(end, T_OF_DEPTH(z) + 1.0 - h0) : end;
+    end = z > 0.0 ? min(end, REAL(T_HIDDEN(z, frame[FRAME_O0].w)) - t0) : end;
 #endif
-    if (!(begin < end))
+    /* What is entered through the bottom lies behind the base there, unless that is where the eye is:
+     * told by the face (3, on which lambda_3 is 0), not by a depth. */
+    bool below = frame[FRAME_STEP].w != 0.0 && IS_BOTTOM(cell, 3u) && hits.lambda_in.z == 0.0 &&
+                 begin == hits.h_in;
+    if (!(begin < end) || below)
         discard;
-    float span = (end - begin) * length(ray_direction(p));
+    float span = float(end - begin) * length(ray_direction(p));
 
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float tau = frame[FRAME_CONSTANT].w * span;
@@ -166,10 +191,10 @@ void main() {
 #else
     vec3 at_in = texture_at(tetra, hits.lambda_in), at_out = texture_at(tetra, hits.lambda_out);
 #if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
-    float whole = hits.h_out - hits.h_in;
+    REAL whole = hits.h_out - hits.h_in;
     vec3 all_along = at_out - at_in;
-    at_out = at_in + all_along * ((end - hits.h_in) / whole);
-    at_in = at_in + all_along * ((begin - hits.h_in) / whole);
+    at_out = at_in + all_along * float((end - hits.h_in) / whole);
+    at_in = at_in + all_along * float((begin - hits.h_in) / whole);
 #endif
     vec3 along = at_out - at_in;
 #if (VARIANT & FLAG_LIT) != 0
@@ -181,7 +206,7 @@ void main() {
 #endif
 
 #if (VARIANT & FLAG_MEDIUM) != 0
-    Ray ray = Ray(vec3(0.0), 0.0, 1.0);
+    Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
     march(ray, at_in, along, span, to_world, v);
     picture = vec4(ray.color, ray.tau);
     through = vec4(exp(-ray.tau));
@@ -189,22 +214,20 @@ void main() {
 
 #if (VARIANT & FLAG_SOLID) != 0
     float where;
-    if (!find_solid(at_in, along, span, where))
+    bool searched = true; /* a cell's steps are bounded (FRAME_STEP) far below what a driver allows */
+    if (!find_solid(at_in, along, span, where, searched))
         discard;
     /* Cut open by the shell's boundary: the face entered, the one opposite the vertex whose
      * coordinate is 0 there. */
-    vec3 lambda = hits.lambda_in;
+    vec3 lambda = vec3(hits.lambda_in);
     float lambda_0 = 1.0 - lambda.x - lambda.y - lambda.z;
     float least = min(min(lambda.x, lambda.y), min(lambda.z, lambda_0));
-    /* Entered from below, where a base lies in the same face: the base is what is seen. */
-    if (where == 0.0 && frame[FRAME_STEP].w != 0.0 && lambda.z == least && IS_BOTTOM(cell, 3u))
-        discard;
     vec3 a = lambda_0 == least ? tetra.e2 - tetra.e1 : lambda.x == least ? tetra.e2 : tetra.e1;
     vec3 b = lambda_0 == least || lambda.z != least ? tetra.e3 : tetra.e2;
     b = lambda_0 == least ? tetra.e3 - tetra.e1 : b;
     vec3 cut = world_normal(cross(a, b));
     picture = vec4(shade_solid(at_in + along * where, to_world, v, where == 0.0, cut), OPAQUE_DEPTH);
-    gl_FragDepth = DEPTH_OF_T(h0 - 1.0 + begin + (end - begin) * where);
+    gl_FragDepth = float(DEPTH_OF_T(t0 + begin + (end - begin) * where, frame[FRAME_O0].w));
 #endif
 #endif
 }

@@ -8,6 +8,7 @@
  * never counts a stretch twice; and as each stretch begins where the last ended, lengths add up. */
 #include "common_frame.glsl"
 #include "common_sample.glsl"
+#include "common_real.glsl"
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
 #include "common_math.glsl"
 #elif (VARIANT & FLAG_SOLID) != 0
@@ -33,8 +34,8 @@ layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
 layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
 #endif
 
-void leave(uint face, float a, float b, bool entered, inout float t_out, inout uint next_face) {
-    float t = -a / b;
+void leave(uint face, REAL a, REAL b, bool entered, inout REAL t_out, inout uint next_face) {
+    REAL t = -a / b;
     bool first = b < 0.0 && !entered && t < t_out;
     t_out = first ? t : t_out;
     next_face = first ? face : next_face;
@@ -42,15 +43,16 @@ void leave(uint face, float a, float b, bool entered, inout float t_out, inout u
 
 void main() {
     vec2 p = sample_position();
-    vec3 origin = ray_origin(p), d = ray_direction(p);
-    float speed = length(d);
+    REAL2 p_real = sample_position_real();
+    REAL3 origin = ray_origin_real(p_real), d = ray_direction_real(p_real);
+    float speed = length(vec3(d));
     int sample_index = int(gl_FragCoord.y) * width + int(gl_FragCoord.x);
     int entry = int(texelFetch(firsts, sample_index).r);
     int last = int(texelFetch(firsts, sample_index + 1).r);
-    float t_stop = 1.0e38;
+    REAL t_stop = REAL(1.0e38);
 #if (VARIANT & FLAG_OCCLUDED) != 0
     float z = texelFetch(occluder, ivec2(gl_FragCoord.xy), 0).r;
-    t_stop = z > 0.0 ? T_OF_DEPTH(z) : t_stop;
+    t_stop = z > 0.0 ? REAL(T_HIDDEN(z, frame[FRAME_O0].w)) : t_stop;
 #endif
 #if (VARIANT & FLAG_LIT) != 0
     vec3 v = view_vector(p);
@@ -60,18 +62,23 @@ void main() {
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float total = 0.0;
 #elif (VARIANT & FLAG_SOLID) != 0
-    bool found = false, has_base = frame[FRAME_STEP].w != 0.0;
+    bool found = false;
     bool at_boundary = false;
     vec3 q_found = vec3(0.0), cut = vec3(0.0);
     mat3 to_world_found = mat3(0.0);
 #else
-    Ray ray = Ray(vec3(0.0), 0.0, 1.0);
+    Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
 #endif
 
+    bool has_base = frame[FRAME_STEP].w != 0.0;
     uint here = start;
     bool walking = start != LINK_NONE;
-    float t = -1.0;
+    REAL t = REAL(-1.0);
     int visit = 0;
+    bool complete = false; /* the loop ended by itself, not at a bound */
+#if (VARIANT & FLAG_SOLID) != 0
+    bool whole = true;
+#endif
     if (!walking && entry >= last)
         discard;
     do {
@@ -89,17 +96,26 @@ void main() {
 
         /* From the ray's point nearest to the first vertex, so that t is as exact as the cell is
          * small. */
-        vec3 o = origin - c0.xyz;
-        float near = -dot(o, d) / dot(d, d);
+        REAL3 v0 = REAL3(c0.xyz), g1 = REAL3(c1.xyz), g2 = REAL3(c2.xyz), g3 = REAL3(c3.xyz);
+#if (VARIANT & FLAG_FP64) != 0
+        dvec3 low0, low1, low2, low3;
+        fetch_low(cell, low0, low1, low2, low3);
+        v0 += low0;
+        g1 += low1;
+        g2 += low2;
+        g3 += low3;
+#endif
+        REAL3 o = origin - v0;
+        REAL near = -dot(o, d) / dot(d, d);
         o += near * d;
-        float a1 = dot(c1.xyz, o), b1 = dot(c1.xyz, d);
-        float a2 = dot(c2.xyz, o), b2 = dot(c2.xyz, d);
-        float a3 = dot(c3.xyz, o), b3 = dot(c3.xyz, d);
-        float a0 = 1.0 - a1 - a2 - a3, b0 = -b1 - b2 - b3;
-        float af = face == 0 ? a0 : face == 1 ? a1 : face == 2 ? a2 : a3;
-        float bf = face == 0 ? b0 : face == 1 ? b1 : face == 2 ? b2 : b3;
-        float t_in = enters ? max(-af / bf, -1.0 - near) : t - near;
-        float t_out = 1.0e38;
+        REAL a1 = dot(g1, o), b1 = dot(g1, d);
+        REAL a2 = dot(g2, o), b2 = dot(g2, d);
+        REAL a3 = dot(g3, o), b3 = dot(g3, d);
+        REAL a0 = 1.0 - a1 - a2 - a3, b0 = -b1 - b2 - b3;
+        REAL af = face == 0 ? a0 : face == 1 ? a1 : face == 2 ? a2 : a3;
+        REAL bf = face == 0 ? b0 : face == 1 ? b1 : face == 2 ? b2 : b3;
+        REAL t_in = enters ? max(-af / bf, -1.0 - near) : t - near;
+        REAL t_out = REAL(1.0e38);
         uint next_face = 4u;
         leave(0u, a0, b0, face == 0, t_out, next_face);
         leave(1u, a1, b1, face == 1, t_out, next_face);
@@ -112,18 +128,23 @@ void main() {
                                       : LINK_NONE;
         /* No face is left only where the cell has no volume: there the ray stays where it is. */
         t_out = t_out < 1.0e37 ? max(t_out, t_in) : t_in;
-        float t_end = max(min(t_out, t_stop - near), t_in);
-        float span = (t_end - t_in) * speed;
+        /* Where a base lies in the bottom, the ray ends at it, from either side, unless it begins
+         * there; the surface pass draws it. Told by the face, not by a depth. */
+        bool at_base = has_base && enters && IS_BOTTOM(uint(cell), uint(face)) && t_in > -1.0 - near;
+        bool leaves_by_base = has_base && IS_BOTTOM(uint(cell), next_face);
+        REAL t_end = at_base ? t_in : max(min(t_out, t_stop - near), t_in);
+        float span = float(t_end - t_in) * speed;
 
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
         total += span;
-        bool finished = t_out >= t_stop - near;
+        bool finished = t_out >= t_stop - near || at_base || leaves_by_base;
 #else
         vec4 c4 = texelFetch(cells, at + 4), c5 = texelFetch(cells, at + 5);
         vec3 u1 = vec3(c2.w, c3.w, c4.x), u2 = c4.yzw, u3 = c5.xyz;
-        vec3 at_in = vec3(c0.w, c1.w, 0.0) + (a1 + t_in * b1) * u1 + (a2 + t_in * b2) * u2 +
-                     (a3 + t_in * b3) * u3;
-        vec3 along = (t_end - t_in) * (b1 * u1 + b2 * u2 + b3 * u3);
+        vec3 at_in = vec3(c0.w, c1.w, 0.0) + float(a1 + t_in * b1) * u1 + float(a2 + t_in * b2) * u2 +
+                     float(a3 + t_in * b3) * u3;
+        vec3 along = float((t_end - t_in) * b1) * u1 + float((t_end - t_in) * b2) * u2 +
+                     float((t_end - t_in) * b3) * u3;
         mat3 to_world = mat3(0.0);
 #if (VARIANT & FLAG_LIT) != 0
         vec3 n1 = world_normal(c1.xyz * c5.w), n2 = world_normal(c2.xyz * c5.w);
@@ -136,10 +157,7 @@ void main() {
 #endif
 #if (VARIANT & FLAG_SOLID) != 0
         float where;
-        /* Where a base lies in the bottom, the ray ends at it, from either side; the surface pass draws
-         * it. */
-        bool at_base = has_base && enters && IS_BOTTOM(uint(cell), uint(face));
-        bool meets = find_solid(at_in, along, span, where) && !at_base;
+        bool meets = find_solid(at_in, along, span, where, whole) && !at_base;
         t_out = meets ? t_in + (t_end - t_in) * where : t_out;
         /* Kept for shading after the walk. Each is chosen between its old and its new value: what a
          * loop overwrites in every turn and only code after it reads is, on llvmpipe 22.3, that of the
@@ -154,31 +172,36 @@ void main() {
         vec3 n_face = face == 0 ? n1 + n2 + n3 : -(face == 1 ? n1 : face == 2 ? n2 : n3);
         cut = meets ? n_face : cut;
 #endif
-        bool finished = found || at_base || (has_base && IS_BOTTOM(uint(cell), next_face));
+        bool finished = found || at_base || leaves_by_base;
 #else
         march(ray, at_in, along, span, to_world, v);
-        bool finished = t_out >= t_stop - near || ray.left < frame[FRAME_SCREEN].z;
+        bool finished = t_out >= t_stop - near || at_base || leaves_by_base ||
+                        ray.left < frame[FRAME_SCREEN].z;
 #endif
 #endif
         t = t_out + near;
         here = next;
         walking = next != LINK_NONE && !finished;
         entry = finished ? last : entry;
-    } while ((walking || entry < last) && ++visit < visits);
+        complete = complete || !(walking || entry < last);
+    } while (!complete && ++visit < visits);
 
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float tau = frame[FRAME_CONSTANT].w * total;
     picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
     through = vec4(exp(-tau));
 #elif (VARIANT & FLAG_SOLID) != 0
-    if (!found && visit < visits)
+    complete = complete && whole;
+    if (!found && complete)
         discard;
     picture = vec4(shade_solid(q_found, to_world_found, v, at_boundary, cut), OPAQUE_DEPTH);
-    gl_FragDepth = DEPTH_OF_T(t);
+    gl_FragDepth = float(DEPTH_OF_T(t, frame[FRAME_O0].w));
 #else
     picture = vec4(ray.color, ray.tau);
     through = vec4(exp(-ray.tau));
+    complete = complete && ray.whole;
 #endif
-    /* A ray that has seen too many cells is no picture: told as such (renderer/render.c). */
-    picture = visit < visits ? picture : vec4(uintBitsToFloat(0x7fc00000u));
+    /* A ray that has seen too many cells, or whose loops the driver has ended (common_medium.glsl), is
+     * no picture: told as such (renderer/render.c). */
+    picture = complete ? picture : vec4(uintBitsToFloat(0x7fc00000u));
 }

@@ -9,6 +9,12 @@ static void set3(float row[4], const double v[3]) {
         row[i] = (float)v[i];
 }
 
+/* What set3() left off. */
+static void set3_low(float row[4], const double v[3]) {
+    for (int i = 0; i < 3; i++)
+        row[i] = (float)(v[i] - (double)(float)v[i]);
+}
+
 void frame_clear(struct frame *frame) {
     memset(frame, 0, sizeof *frame);
 }
@@ -21,6 +27,8 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
     set3(frame->v[FRAME_D0], view->d0);
     set3(frame->v[FRAME_DU], view->du);
     set3(frame->v[FRAME_DV], view->dv);
+    frame->v[FRAME_O0][3] = (float)view->depth_scale;
+    frame->v[FRAME_OU][3] = (float)(view->h_row[3] - 1);
     frame->v[FRAME_SCREEN][0] = 2.0f / (float)view->width;
     frame->v[FRAME_SCREEN][1] = 2.0f / (float)view->height;
     /* Only its direction matters: scaled to the largest component, so that gradients of objects a
@@ -39,6 +47,14 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
         frame->v[FRAME_X_ROW][i] = (float)view->x_row[i];
         frame->v[FRAME_Y_ROW][i] = (float)view->y_row[i];
         frame->v[FRAME_H_ROW][i] = (float)view->h_row[i];
+    }
+    const double *rays[6] = {view->o0, view->ou, view->ov, view->d0, view->du, view->dv};
+    for (int i = 0; i < 6; i++)
+        set3_low(frame->v[FRAME_LOW + i], rays[i]);
+    const double *rows[3] = {view->x_row, view->y_row, view->h_row};
+    for (int i = 0; i < 3; i++) {
+        set3_low(frame->v[FRAME_LOW + 6 + i], rows[i]);
+        frame->v[FRAME_LOW + 6 + i][3] = (float)(rows[i][3] - (double)(float)rows[i][3]);
     }
     const struct light_set *lights = &picture->lights;
     memcpy(frame->v[FRAME_AMBIENT], lights->ambient, sizeof lights->ambient);
@@ -62,9 +78,10 @@ void frame_set_shell(struct frame *frame, const struct path_object *object) {
     frame->v[FRAME_STEP][1] = (float)(1 / object->shell->thickness);
     frame->v[FRAME_STEP][2] = (float)fmin(frame_steps_needed(object), PATH_STEPS_MAX);
     /* A ray may end where what is left of it cannot matter: that error must vanish with the square
-     * of the steps, as the integration's does. 1e-4 at 32 steps, where the integration's is 1e-2.
-     */
-    frame->v[FRAME_SCREEN][2] = (float)(0.1 / ((double)object->samples * object->samples));
+     * of the steps, as the integration's does (1e-4 at 32 steps, where the integration's is 1e-2),
+     * and with few steps, where the field may still be constant, be no more than that. */
+    frame->v[FRAME_SCREEN][2] =
+        (float)fmin(1e-4, 0.1 / ((double)object->samples * object->samples));
     frame->v[FRAME_STEP][3] = object->object->shell.has_base ? 1 : 0;
     for (int i = 0; i < 3; i++) {
         frame->v[FRAME_SIZE][i] = (float)volume->size[i];

@@ -37,6 +37,7 @@ struct path_object {
     struct projection projection;
     int samples; /* steps across one thickness */
     bool walk;   /* rays walk through it from cell to cell; else its cells are drawn */
+    bool fp64;   /* rays meet its cells in doubles (shell/precision.h) */
 
     uint32_t forced; /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */
 };

@@ -21,9 +21,11 @@
 #include "renderer/path/variant.h"
 #include "renderer/path/walk.h"
 #include "renderer/shell/entries.h"
+#include "renderer/shell/precision.h"
 #include "renderer/shell/sort.h"
 
-enum { DEVICE_BYTES_MAX = 512 << 20 };
+/* Voxels that a step may pass before it is told of: of two, a ray at 45 degrees reads every one. */
+enum { DEVICE_BYTES_MAX = 512 << 20, STEP_VOXELS_MAX = 2 };
 
 struct corner {
     float x, y; /* in [-1, 1] on the sample grid */
@@ -48,6 +50,7 @@ struct outlines {
 
 struct device_shell {
     GLuint buffer, texture;
+    GLuint low_buffer, low_texture; /* 0 until doubles are needed */
 };
 
 struct tetra {
@@ -61,7 +64,9 @@ struct tetra {
 static void destroy_shell(void *data) {
     struct device_shell *device = data;
     glDeleteTextures(1, &device->texture);
+    glDeleteTextures(1, &device->low_texture);
     glDeleteBuffers(1, &device->buffer);
+    glDeleteBuffers(1, &device->low_buffer);
     free(device);
 }
 
@@ -135,7 +140,8 @@ static float nearest_depth(const struct path_object *object, uint32_t tetra) {
     double h = INFINITY;
     for (int v = 0; v < 4; v++)
         h = fmin(h, object->projection.clip[object->shell->tetra[tetra][v]][2]);
-    return (float)fmin(1, (1 + 1e-5) / (1 + fmax(h, 0)));
+    double behind = object->projection.view.depth_scale * (fmax(h, 0) - 1);
+    return (float)fmin(1, (1 + 1e-5) / fmax(1, 2 + behind));
 }
 
 /* Appends a tetrahedron's outline as a fan; false where memory ran out. */
@@ -203,6 +209,26 @@ static enum status upload_shell(struct tetra *tetra, const struct shell *shell,
     return gl_check("uploading a shell", err);
 }
 
+/* What fp32 leaves off the cells of a shell that is uploaded. */
+static enum status upload_low(struct tetra *tetra, const struct shell *shell,
+                              struct picture *picture, struct error *err) {
+    struct device_shell *device = resident_find(&tetra->shells, shell->serial);
+    if (device->low_texture)
+        return STATUS_OK;
+    float(*low)[LOW_TEXELS][4] = malloc((shell->tetra_count + (size_t)1) * sizeof *low);
+    if (!low)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's buffers");
+    precision_cells_low(shell, low);
+    size_t bytes = shell->tetra_count * sizeof *low;
+    glCreateBuffers(1, &device->low_buffer);
+    glNamedBufferStorage(device->low_buffer, (GLsizeiptr)bytes, low, 0);
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &device->low_texture);
+    glTextureBuffer(device->low_texture, GL_RGBA32F, device->low_buffer);
+    picture->report->work.upload_bytes += bytes;
+    free(low);
+    return gl_check("uploading a shell", err);
+}
+
 static enum status sort_media(struct tetra *tetra, struct picture *picture, struct error *err) {
     struct sort_shell shells[SORT_SHELLS_MAX];
     uint32_t object_of[SORT_SHELLS_MAX], count = 0;
@@ -230,8 +256,8 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
     work->cycles += sorted.cycles;
     if (sorted.cycles)
         report_warn(picture->report, "cycles", "/objects", sorted.cycles, sorted.cycle_first,
-                    "groups of tetrahedra hide one another in a circle (%llu in all); they are "
-                    "drawn by the depth of their centres",
+                    "groups of tetrahedra hide one another in a circle (%llu in all); where they "
+                    "do, they are drawn by the depth of their centres",
                     (unsigned long long)sorted.cycle_tetra);
     for (uint64_t i = 0; i < sorted.count; i++) {
         uint32_t index = object_of[sorted.order[i] >> 32];
@@ -277,6 +303,30 @@ static bool any_walk(const struct picture *picture) {
     return false;
 }
 
+/* Where `samples` is not what the rays get, or not what the voxels need: steps are counted across
+ * the thickness, so rays that run along a surface with many small tiles pass over voxels. More
+ * steps would not do: such voxels are smaller than a pixel too, mostly, and one step for each would
+ * be thousands. */
+static void warn_of_steps(const struct path_object *object, struct report *report) {
+    const struct shell *shell = object->shell;
+    if (object->volume->homogeneous)
+        return;
+    double steps = frame_steps_needed(object);
+    if (steps > PATH_STEPS_MAX)
+        report_warn(report, "steps-capped", object->pointer, 1, 0,
+                    "a ray along the longest edge would take %.3g steps; segments of more "
+                    "than %d take longer ones than `samples` asks for",
+                    steps, PATH_STEPS_MAX);
+    double voxels = 0, step = shell->thickness / object->samples;
+    for (int i = 0; i < 2; i++)
+        voxels = fmax(voxels, shell->tiles_rate[i] * object->volume->size[i] * step);
+    if (voxels > STEP_VOXELS_MAX)
+        report_warn(report, "voxels-skipped", object->pointer, 1, 0,
+                    "a step along the surface passes %.3g voxels: `tiles` is large for `samples`, "
+                    "and slanting rays miss what lies between",
+                    voxels);
+}
+
 static enum status tetra_prepare(void *state, struct picture *picture, struct error *err) {
     struct tetra *tetra = state;
     resident_begin_picture(&tetra->shells);
@@ -318,17 +368,14 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         const struct path_object *object = &picture->objects[i];
         if (!object->shell)
             continue;
+        warn_of_steps(object, picture->report);
         if (needs_cells(object)) {
             status = upload_shell(tetra, object->shell, picture, err);
+            if (status == STATUS_OK && object->fp64)
+                status = upload_low(tetra, object->shell, picture, err);
             if (status == STATUS_OK)
                 status = make_programs(object, picture, err);
         }
-        double steps = frame_steps_needed(object);
-        if (!object->volume->homogeneous && steps > PATH_STEPS_MAX)
-            report_warn(picture->report, "steps-capped", object->pointer, 1, 0,
-                        "a ray along the longest edge would take %.3g steps; segments of more "
-                        "than %d take longer ones than `samples` asks for",
-                        steps, PATH_STEPS_MAX);
     }
     return status;
 }
@@ -375,6 +422,7 @@ static enum status draw_outlines(struct tetra *tetra, struct picture *picture,
             const struct device_shell *device =
                 resident_find(&tetra->shells, object->shell->serial);
             glBindTextureUnit(BINDING_CELLS, device->texture);
+            glBindTextureUnit(BINDING_CELLS_LOW, device->low_texture);
             if (object->baked) /* a homogeneous medium has no textures */
                 bind_textures(object->baked, solid);
             bound = run->object;

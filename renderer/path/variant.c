@@ -18,6 +18,8 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
     /* A walk begins at the eye by itself. */
     if ((object->projection.behind || (object->forced & FLAG_EYE_INSIDE)) && !object->walk)
         flags |= FLAG_EYE_INSIDE;
+    if (object->fp64)
+        flags |= FLAG_FP64;
     if (variant_needs_normals(object, lights))
         flags |= FLAG_LIT | (volume->specular > 0 ? FLAG_SPECULAR : object->forced & FLAG_SPECULAR);
     else if (is_lit(volume))

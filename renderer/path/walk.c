@@ -13,8 +13,10 @@
 
 enum { DEVICE_BYTES_MAX = 512 << 20, VISITS_MAX = 16384 };
 
+enum { CELLS, LINKS, LOW, TABLES };
+
 struct device_walk {
-    GLuint buffers[2], textures[2]; /* cells, links */
+    GLuint buffers[TABLES], textures[TABLES];
 };
 
 /* Where the rays of this picture enter one object. */
@@ -33,8 +35,8 @@ struct walk_pass {
 
 static void destroy_device(void *data) {
     struct device_walk *device = data;
-    glDeleteTextures(2, device->textures);
-    glDeleteBuffers(2, device->buffers);
+    glDeleteTextures(TABLES, device->textures);
+    glDeleteBuffers(TABLES, device->buffers);
     free(device);
 }
 
@@ -74,38 +76,52 @@ bool walk_possible(const struct path_object *object, const char **why) {
     return !*why;
 }
 
-static enum status upload_shell(struct walk_pass *pass, const struct shell *shell,
+static void make_table(struct device_walk *device, int table, GLenum format, const void *data,
+                       size_t bytes, struct picture *picture) {
+    glCreateBuffers(1, &device->buffers[table]);
+    glNamedBufferStorage(device->buffers[table], (GLsizeiptr)bytes, data, 0);
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &device->textures[table]);
+    glTextureBuffer(device->textures[table], format, device->buffers[table]);
+    picture->report->work.upload_bytes += bytes;
+}
+
+static enum status upload_shell(struct walk_pass *pass, const struct path_object *object,
                                 struct picture *picture, struct error *err) {
-    if (resident_find(&pass->shells, shell->serial))
+    const struct shell *shell = object->shell;
+    struct device_walk *device = resident_find(&pass->shells, shell->serial);
+    if (device && (device->textures[LOW] || !object->fp64))
         return STATUS_OK;
     size_t count = shell->tetra_count;
     if (count * WALK_TEXELS > (size_t)pass->texels_max)
         return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
                            "a shell of %zu tetrahedra: this GL holds %zu in one table", count,
                            (size_t)pass->texels_max / WALK_TEXELS);
+    bool known = device != NULL;
     float(*cell)[WALK_TEXELS][4] = malloc((count + 1) * sizeof *cell);
     uint32_t(*link)[4] = malloc((count + 1) * sizeof *link);
-    struct device_walk *device = calloc(1, sizeof *device);
-    if (!cell || !link || !device) {
+    float(*low)[LOW_TEXELS][4] = object->fp64 ? malloc((count + 1) * sizeof *low) : NULL;
+    if (!known)
+        device = calloc(1, sizeof *device);
+    if (!cell || !link || !device || (object->fp64 && !low)) {
         free(cell);
         free(link);
-        free(device);
+        free(low);
+        if (!known)
+            free(device);
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's tables");
     }
-    entries_walk_cells(shell, cell, link);
-    size_t bytes[2] = {count * sizeof *cell, count * sizeof *link};
-    const void *data[2] = {cell, link};
-    static const GLenum formats[2] = {GL_RGBA32F, GL_RGBA32UI};
-    glCreateBuffers(2, device->buffers);
-    glCreateTextures(GL_TEXTURE_BUFFER, 2, device->textures);
-    for (int i = 0; i < 2; i++) {
-        glNamedBufferStorage(device->buffers[i], (GLsizeiptr)bytes[i], data[i], 0);
-        glTextureBuffer(device->textures[i], formats[i], device->buffers[i]);
-        picture->report->work.upload_bytes += bytes[i];
+    entries_walk_cells(shell, cell, link, low);
+    if (!known) {
+        make_table(device, CELLS, GL_RGBA32F, cell, count * sizeof *cell, picture);
+        make_table(device, LINKS, GL_RGBA32UI, link, count * sizeof *link, picture);
     }
+    if (low)
+        make_table(device, LOW, GL_RGBA32F, low, count * sizeof *low, picture);
     free(cell);
     free(link);
-    if (!resident_add(&pass->shells, shell->serial, device, bytes[0] + bytes[1]))
+    free(low);
+    if (!known && !resident_add(&pass->shells, shell->serial, device,
+                                count * (sizeof *cell + sizeof *link + sizeof *low)))
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's tables");
     return gl_check("uploading a shell", err);
 }
@@ -167,7 +183,7 @@ enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture, s
             continue;
         status = open_doors(pass, picture, object, &pass->doors[i], err);
         if (status == STATUS_OK)
-            status = upload_shell(pass, object->shell, picture, err);
+            status = upload_shell(pass, object, picture, err);
         GLuint program;
         if (status == STATUS_OK && volume_has_medium(object->volume))
             status =
@@ -209,8 +225,9 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     glProgramUniform1ui(program, 0, doors->start);
     glProgramUniform1i(program, 1, picture->world.width);
     glProgramUniform1i(program, 2, (GLint)(most < VISITS_MAX ? most : VISITS_MAX));
-    glBindTextureUnit(BINDING_CELLS, device->textures[0]);
-    glBindTextureUnit(BINDING_LINKS, device->textures[1]);
+    glBindTextureUnit(BINDING_CELLS, device->textures[CELLS]);
+    glBindTextureUnit(BINDING_LINKS, device->textures[LINKS]);
+    glBindTextureUnit(BINDING_CELLS_LOW, device->textures[LOW]);
     glBindTextureUnit(BINDING_FIRST, doors->textures[0]);
     glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);
     if (object->baked)

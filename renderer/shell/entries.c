@@ -6,19 +6,153 @@
 #include <string.h>
 
 #include "renderer/shell/abuffer.h"
+#include "renderer/shell/precision.h"
 #include "renderer/shell/sort.h"
 
-/* A cell that holds the eye, or touches it: a ray that heads out of it is handed on at once.
- * SHELL_NONE. */
-static uint32_t cell_of_eye(const struct shell *shell, const double eye[3]) {
-    for (uint32_t t = 0; t < shell->tetra_count; t++) {
-        bool inside = true;
-        for (int k = 0; k < 4 && inside; k++)
-            inside = sort_eye_side(shell, eye, false, t, k) >= 0;
-        if (inside)
-            return t;
+static void cross(const double a[3], const double b[3], double out[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* A cell that the eye stands in, or on: the faces that it stands on, with their inward normals. */
+struct touched {
+    uint32_t cell;
+    int count;
+    uint32_t face[4];
+    double inward[4][3];
+};
+
+/* The cells that the eye is no farther out of than `reach`. */
+struct eye_cells {
+    struct touched *list;
+    size_t count, capacity;
+};
+
+static bool touch_cell(const struct shell *shell, const double eye[3], double reach, uint32_t t,
+                       struct touched *touched) {
+    *touched = (struct touched){.cell = t};
+    for (uint32_t k = 0; k < 4; k++) {
+        const double *v[4];
+        for (uint32_t i = 0; i < 4; i++)
+            v[i] = shell->position[shell->tetra[t][(k + i) & 3]];
+        double a[3], b[3], to_inside[3], to_eye[3], n[3];
+        for (int i = 0; i < 3; i++) {
+            a[i] = v[2][i] - v[1][i];
+            b[i] = v[3][i] - v[1][i];
+            to_inside[i] = v[0][i] - v[1][i];
+            to_eye[i] = eye[i] - v[1][i];
+        }
+        cross(a, b, n);
+        double length = sqrt(dot(n, n)) * (dot(n, to_inside) < 0 ? -1 : 1);
+        double distance = dot(n, to_eye) / length;
+        if (!(distance >= -reach))
+            return false;
+        if (distance > reach)
+            continue;
+        for (int i = 0; i < 3; i++)
+            touched->inward[touched->count][i] = n[i] / length;
+        touched->face[touched->count++] = k;
     }
-    return SHELL_NONE;
+    return true;
+}
+
+static bool find_touched(const struct shell *shell, const double eye[3], double reach,
+                         struct eye_cells *cells) {
+    for (uint32_t t = 0; t < shell->tetra_count; t++) {
+        if (cells->count == cells->capacity) {
+            size_t capacity = 2 * cells->capacity + 16;
+            struct touched *grown = realloc(cells->list, capacity * sizeof *grown);
+            if (!grown)
+                return false;
+            cells->list = grown;
+            cells->capacity = capacity;
+        }
+        cells->count += touch_cell(shell, eye, reach, t, &cells->list[cells->count]);
+    }
+    return true;
+}
+
+static bool is_touched(const struct eye_cells *cells, uint32_t t, uint32_t k) {
+    for (size_t i = 0; i < cells->count; i++)
+        for (int f = 0; f < cells->list[i].count && cells->list[i].cell == t; f++)
+            if (cells->list[i].face[f] == k)
+                return true;
+    return false;
+}
+
+/* The face of a touched cell through which a ray along d enters it at the eye: the one that it
+ * heads away from most. `*guess` is where the last ray was found. LINK_NONE: it heads out of the
+ * shell. */
+static uint32_t enter_at_eye(const struct eye_cells *cells, const double d[3], size_t *guess) {
+    /* Normals of unit length err by less, so of two cells that share a face one takes a ray in it.
+     */
+    double rounding = -1e-14 * sqrt(dot(d, d));
+    for (size_t i = 0; i < cells->count; i++) {
+        size_t at = (*guess + i) % cells->count;
+        const struct touched *touched = &cells->list[at];
+        double least = INFINITY, most = -INFINITY;
+        int away = 0;
+        for (int f = 0; f < touched->count; f++) {
+            double inward = dot(touched->inward[f], d);
+            least = fmin(least, inward);
+            away = inward > most ? f : away;
+            most = fmax(most, inward);
+        }
+        if (least >= rounding) {
+            *guess = at;
+            return touched->cell << 2 | touched->face[away];
+        }
+    }
+    return LINK_NONE;
+}
+
+/* Puts an entry at the eye before those of each sample. */
+static bool begin_at_eye(const struct eye_cells *cells, const struct view *view,
+                         struct entries *entries) {
+    size_t samples = (size_t)view->width * (size_t)view->height, used = 0, guess = 0;
+    uint32_t *entry = malloc((entries->count + samples + 1) * sizeof *entry);
+    if (!entry)
+        return false;
+    for (size_t s = 0; s < samples; s++) {
+        double x = 2 * ((double)(s % (size_t)view->width) + 0.5) / view->width - 1, d[3];
+        double y = 2 * ((double)(s / (size_t)view->width) + 0.5) / view->height - 1;
+        for (int i = 0; i < 3; i++)
+            d[i] = view->d0[i] + x * view->du[i] + y * view->dv[i];
+        uint32_t begin = entries->first[s], end = entries->first[s + 1];
+        entries->first[s] = (uint32_t)used;
+        uint32_t at_eye = enter_at_eye(cells, d, &guess);
+        if (at_eye != LINK_NONE)
+            entry[used++] = at_eye;
+        memcpy(entry + used, entries->entry + begin, (end - begin) * sizeof *entry);
+        used += end - begin;
+    }
+    free(entries->entry);
+    entries->entry = entry;
+    entries->first[samples] = (uint32_t)used;
+    entries->count = used;
+    return true;
+}
+
+/* Where the eye stands in a cell, or on the sides of some. What is nearer than PROJECT_DEPTH_MIN
+ * the A-buffer does not see, so faces up to four times as far count as stood on. */
+static bool find_eye(const struct shell *shell, const struct view *view, const double eye[3],
+                     struct eye_cells *cells, struct entries *entries) {
+    double reach = 4 * PROJECT_DEPTH_MIN *
+                   (sqrt(dot(view->d0, view->d0)) + sqrt(dot(view->ou, view->ou)) +
+                    sqrt(dot(view->ov, view->ov)));
+    if (!find_touched(shell, eye, reach, cells))
+        return false;
+    for (size_t i = 0; i < cells->count; i++)
+        if (cells->list[i].count == 0) {
+            entries->start = cells->list[i].cell << 2;
+            cells->count = 0; /* well within one: none is begun elsewhere */
+        }
+    return true;
 }
 
 enum status entries_find(const struct shell *shell, const struct projection *projection,
@@ -29,31 +163,36 @@ enum status entries_find(const struct shell *shell, const struct projection *pro
     for (int i = 0; i < 3; i++)
         eye[i] = view->orthographic ? -view->d0[i] : view->o0[i] - view->d0[i];
     struct abuffer *buffer = abuffer_create(view->width, view->height);
-    if (!buffer)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the A-buffer");
+    struct eye_cells cells = {0};
     enum status status = STATUS_OK;
+    if (!buffer ||
+        (projection->behind && !view->orthographic && !find_eye(shell, view, eye, &cells, entries)))
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the A-buffer");
     for (uint32_t t = 0; t < shell->tetra_count && status == STATUS_OK; t++)
         for (uint32_t k = 0; k < 4 && status == STATUS_OK; k++) {
             if (shell->neighbour[t][k] != SHELL_NONE ||
-                sort_eye_side(shell, eye, view->orthographic, t, (int)k) >= 0)
+                sort_eye_side(shell, eye, view->orthographic, t, (int)k) >= 0 ||
+                is_touched(&cells, t, k))
                 continue;
             uint32_t face[3];
             for (uint32_t v = 0; v < 3; v++)
                 face[v] = shell->tetra[t][(k + 1 + v) & 3];
             status = abuffer_draw(buffer, projection, face, t << 2 | k, true, err);
         }
-    if (status == STATUS_OK)
+    if (status == STATUS_OK) {
         status = abuffer_entries(buffer, &entries->first, &entries->entry, err);
-    entries->count = abuffer_fragments(buffer);
-    if (met)
-        abuffer_mark(buffer, met);
-    abuffer_destroy(buffer);
-    if (status == STATUS_OK && projection->behind && !view->orthographic) {
-        uint32_t cell = cell_of_eye(shell, eye);
-        entries->start = cell == SHELL_NONE ? LINK_NONE : cell << 2;
-        if (met && cell != SHELL_NONE)
+        entries->count = abuffer_fragments(buffer);
+        if (met)
+            abuffer_mark(buffer, met);
+        if (met && (cells.count || entries->start != LINK_NONE))
             memset(met, 1, (size_t)view->width * (size_t)view->height);
     }
+    if (status == STATUS_OK && cells.count && !begin_at_eye(&cells, view, entries)) {
+        entries_finish(entries);
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for where rays enter");
+    }
+    abuffer_destroy(buffer);
+    free(cells.list);
     return status;
 }
 
@@ -63,17 +202,11 @@ void entries_finish(struct entries *entries) {
     *entries = (struct entries){.start = LINK_NONE};
 }
 
-static void cross(const double a[3], const double b[3], double out[3]) {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 void entries_walk_cells(const struct shell *shell, float (*cell)[WALK_TEXELS][4],
-                        uint32_t (*link)[4]) {
+                        uint32_t (*link)[4], float (*low)[LOW_TEXELS][4]) {
     for (uint32_t t = 0; t < shell->tetra_count; t++) {
         const float(*c)[4] = (const float(*)[4])shell->cell[t];
-        double edge[3][3], g[3][3];
+        double edge[3][3], g[3][3], whole[4][3] = {{0}};
         const double *v0 = shell->position[shell->tetra[t][0]];
         for (int k = 0; k < 3; k++)
             for (int i = 0; i < 3; i++)
@@ -84,13 +217,16 @@ void entries_walk_cells(const struct shell *shell, float (*cell)[WALK_TEXELS][4]
         double largest = 0;
         float(*out)[4] = cell[t];
         memset(out, 0, sizeof cell[t]);
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 3; i++) {
             out[0][i] = (float)v0[i];
+            whole[0][i] = v0[i];
+        }
         for (int k = 0; k < 3; k++)
             for (int i = 0; i < 3; i++) {
                 double value = g[k][i] / volume;
                 bool good = volume != 0 && isfinite((float)value);
                 out[1 + k][i] = good ? (float)value : 0;
+                whole[1 + k][i] = good ? value : 0;
                 largest = good ? fmax(largest, fabs(value)) : largest;
             }
         out[0][3] = c[0][3];
@@ -104,6 +240,8 @@ void entries_walk_cells(const struct shell *shell, float (*cell)[WALK_TEXELS][4]
         for (int i = 0; i < 3; i++)
             out[5][i] = c[7][1 + i];
         out[5][3] = largest > 0 ? (float)(1 / largest) : 1;
+        if (low)
+            precision_low(whole, low[t]);
         for (uint32_t k = 0; k < 4; k++) {
             uint32_t other = shell->neighbour[t][k];
             link[t][k] =

@@ -13,7 +13,8 @@ struct entries {
     uint32_t *first; /* for each sample, bottom row first, and one past the last */
     uint32_t *entry; /* cell << 2 | face, nearest first */
     uint64_t count;
-    uint32_t start; /* cell << 2 in which the eye stands, LINK_NONE: in none */
+    uint32_t start; /* cell << 2 in which the eye stands, LINK_NONE: in none. Where it stands on
+                       the sides of cells each ray's first entry is the one that it heads into */
 };
 
 /* Draws the faces through which rays enter. `projection` must be in perspective where some vertex
@@ -29,8 +30,9 @@ void entries_finish(struct entries *entries);
  * uvw_0 and s the scale that brings the g_k near 1 for normals: (v_0, uvw_0.x) (g_1, uvw_0.y) (g_2,
  * u_1.x) (g_3, u_1.y) (u_1.z, u_2) (u_3, s) link[k] is what lies across face k: cell << 2 | its
  * face, or LINK_NONE. A cell without volume has gradients of 0: a ray passes it in no time, by
- * whichever face is linked. Both arrays are the caller's, of tetra_count elements. */
+ * whichever face is linked. `low` receives what fp32 leaves off v_0 and g_k (shell/precision.h);
+ * may be NULL. The arrays are the caller's, of tetra_count elements. */
 void entries_walk_cells(const struct shell *shell, float (*cell)[WALK_TEXELS][4],
-                        uint32_t (*link)[4]);
+                        uint32_t (*link)[4], float (*low)[LOW_TEXELS][4]);
 
 #endif

@@ -161,6 +161,36 @@ static void build_cells(const struct mesh *mesh, const double tiles[2], struct s
     shell->longest = (float)fmin(sqrt(longest2) * 1.000001, FLT_MAX);
 }
 
+/* With edges e1, e2 and u's rises du1, du2 along them, |grad u|^2 = |du1 e2 - du2 e1|^2 / (2 A)^2.
+ */
+static void measure_tiles(const struct mesh *mesh, const double tiles[2], struct shell *shell) {
+    double area = 0, sum[2] = {0, 0};
+    for (uint32_t f = 0; f < mesh->triangle_count; f++) {
+        const double *p[3];
+        double e1[3], e2[3], n[3];
+        for (int c = 0; c < 3; c++)
+            p[c] = mesh->position[mesh->vertex[f][c]];
+        for (int i = 0; i < 3; i++) {
+            e1[i] = p[1][i] - p[0][i];
+            e2[i] = p[2][i] - p[0][i];
+        }
+        cross(e1, e2, n);
+        double twice = sqrt(dot(n, n));
+        if (!(twice > 0))
+            continue;
+        area += twice;
+        for (int a = 0; a < 2; a++) {
+            const double(*uv)[2] = (const double(*)[2])mesh->corner_uv[f];
+            double du1 = (uv[1][a] - uv[0][a]) * tiles[a], du2 = (uv[2][a] - uv[0][a]) * tiles[a];
+            double g[3] = {du1 * e2[0] - du2 * e1[0], du1 * e2[1] - du2 * e1[1],
+                           du1 * e2[2] - du2 * e1[2]};
+            sum[a] += dot(g, g) / twice;
+        }
+    }
+    for (int a = 0; a < 2; a++)
+        shell->tiles_rate[a] = area > 0 ? sqrt(sum[a] / area) : 0;
+}
+
 enum status shell_build(const struct mesh *mesh, double thickness, const double tiles[2],
                         const char *pointer, struct shell **out, struct error *err) {
     *out = NULL;
@@ -210,6 +240,7 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
         }
     build_cells(mesh, tiles, shell);
     link_prisms(mesh, shell);
+    measure_tiles(mesh, tiles, shell);
     shell->diagnosis.folded = limit.folded;
     shell->diagnosis.folded_first = limit.folded_first;
     shell->diagnosis.limited = limit.limited;

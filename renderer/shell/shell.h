@@ -37,6 +37,8 @@ struct shell {
     float (*cell)[CELL_TEXELS][4]; /* for the shaders */
     float longest; /* longest edge of any tetrahedron, object units: bounds every loop */
     double thickness;
+    double tiles_rate[2]; /* tiles along u and v that a unit of length on the mesh passes at the
+                             steepest: the root of the mean square over its area */
     struct shell_diagnosis {
         uint64_t folded, folded_first;     /* prisms thinned so as not to fold; mesh triangle */
         uint64_t limited;                  /* vertices that are lower for it */

@@ -54,6 +54,7 @@ void view_from_camera(const struct scene_camera *camera, const struct scene_imag
         depth = fmax(sqrt(dot(to_center, to_center)), radius);
     if (!(depth > 0))
         depth = 1;
+    view->depth_scale = radius > 0 ? fmax(1, depth / radius) : 1;
 
     double aspect = (double)image->width / image->height;
     double half_height = camera->orthographic ? camera->ortho_height / 2

@@ -24,6 +24,7 @@ struct view {
     /* Projection of a point p relative to `center`: with (X, Y, H) = row . (p, 1), the point's
      * depth is t = H - 1, and it falls on (X, Y) / W, W being H in perspective and 1 otherwise. */
     double x_row[4], y_row[4], h_row[4];
+    double depth_scale; /* of depths in fp32: DEPTH_OF_T in shaders/interface.h */
 };
 
 /* The world's view of a camera that is `given`. `bounds_*`: of all objects, in the world. `k`:

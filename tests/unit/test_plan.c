@@ -10,10 +10,11 @@
 
 /* Every row of the plan. */
 static const char *const parts[] = {
-    "surface",     "entries",   "solid",         "sort",          "media",       "resolve",
-    "trials",      "error",     "supersampling", "depth",         "occluded",    "voxels",
-    "closed-form", "cells",     "eye-inside",    "light",         "ambient",     "shadow",
-    "specular",    "gradients", "mesh-normals",  "base-textures", "OpenImageIO", "tinygltf"};
+    "surface",   "entries",      "solid",         "sort",          "media",
+    "resolve",   "trials",       "error",         "supersampling", "depth",
+    "occluded",  "voxels",       "closed-form",   "cells",         "eye-inside",
+    "fp64",      "light",        "ambient",       "shadow",        "specular",
+    "gradients", "mesh-normals", "base-textures", "OpenImageIO",   "tinygltf"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -76,6 +77,10 @@ static const struct row rows[] = {
      "sort media resolve closed-form cells eye-inside", "TETRA:homogeneous+eye RESOLVE:"},
     {VIEW("1", "'camera': {'eye': [0, 0, 0], 'target': [1, 0, 0]}, ") SHELL(SPHERE, MIST, "") END,
      "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
+    {ONE SHELL(SPHERE, MIST, ", 'thickness': 1e-5") END, "entries media resolve closed-form fp64",
+     "WALK:homogeneous+fp64 RESOLVE:"},
+    {ONE SHELL(SPHERE, MIST, ", 'thickness': 1e-5") SORTED END,
+     "sort media resolve closed-form cells fp64", "TETRA:homogeneous+fp64 RESOLVE:"},
     {ONE SHELL(SPHERE, MIST, "") "}, " SHELL(SPHERE, MIST, "") END,
      "sort media resolve closed-form cells", "TETRA:homogeneous RESOLVE:"},
     {ONE SHELL(SPHERE, "'builtin': 'homogeneous', 'extinction': 0", "") END, "resolve", "RESOLVE:"},
@@ -118,11 +123,11 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
     static const struct {
         uint32_t flag;
         const char *name;
-    } names[] = {{FLAG_MEDIUM, "medium"},           {FLAG_SOLID, "solid"},
-                 {FLAG_HOMOGENEOUS, "homogeneous"}, {FLAG_LIT, "lit"},
-                 {FLAG_AMBIENT, "ambient"},         {FLAG_SPECULAR, "specular"},
-                 {FLAG_OCCLUDED, "occluded"},       {FLAG_EYE_INSIDE, "eye"},
-                 {FLAG_TEXTURED, "textured"},       {FLAG_BLOCKS, "blocks"}};
+    } names[] = {
+        {FLAG_MEDIUM, "medium"},     {FLAG_SOLID, "solid"},     {FLAG_HOMOGENEOUS, "homogeneous"},
+        {FLAG_LIT, "lit"},           {FLAG_AMBIENT, "ambient"}, {FLAG_SPECULAR, "specular"},
+        {FLAG_OCCLUDED, "occluded"}, {FLAG_EYE_INSIDE, "eye"},  {FLAG_TEXTURED, "textured"},
+        {FLAG_BLOCKS, "blocks"},     {FLAG_FP64, "fp64"}};
     const char *program;
     uint32_t variant;
     *text = 0;
