@@ -54,11 +54,12 @@ TEST_SRC  := $(wildcard tests/unit/test_*.c tests/property/test_*.c tests/golden
 TEST_BIN  := $(TEST_SRC:tests/%.c=$(BUILD)/tests/%)
 BENCH_BIN := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
 TOOL_BIN  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
+MATRIX    := $(BUILD)/tests/stability/matrix
 
 .PHONY: all tests help deps demo test check asan bench stability generate fuzz install uninstall clean FORCE
 all: $(BUILD)/pelt $(MODULES) ## build build/pelt and its modules
 
-tests: all $(TEST_BIN) $(TOOL_BIN) ## build the tests
+tests: all $(TEST_BIN) $(TOOL_BIN) $(MATRIX) ## build the tests
 
 $(BUILD)/pelt: $(BUILD)/obj/service/main.o $(KEEP) $(BUILD)/libpelt.a
 	@echo "LD   $@"
@@ -140,6 +141,12 @@ $(BUILD)/tests/tools/%: tests/tools/%.c $(BUILD)/libpelt.a
 	@echo "CC   $<"
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -o $@ $< $(BUILD)/libpelt.a $(LDFLAGS) $(LIBS)
 
+# The stability matrix: one program of many files; --wrap is told of in matrix_cell.c.
+$(MATRIX): $(patsubst %.c,$(BUILD)/obj/%.o,$(wildcard tests/stability/*.c)) $(KEEP) $(BUILD)/libpelt.a
+	@mkdir -p $(@D)
+	@echo "LD   $@"
+	$(Q)$(CC) $(LDFLAGS) -Wl,--wrap=volume_acquire -o $@ $^ $(LIBS)
+
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 14
 
@@ -169,7 +176,7 @@ generate: $(BUILD)/tests/tools/scene_schema $(BUILD)/tests/tools/scene_docs ## r
 	$(BUILD)/tests/tools/scene_docs > api/SCENE.md
 	tests/tools/openapi_schemas.py
 
-stability: tests ## the long tests: the reference against what is known, with many points and paths
+stability: tests ## the stability matrix (build/stability.md), and long tests of the reference
 	@tests/stability/run $(BUILD)
 
 fuzz: ## feed the reader and the shims with mutations for a minute each
