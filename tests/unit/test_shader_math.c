@@ -53,14 +53,15 @@ static void test_one_minus_exp(void **state) {
     glTextureBuffer(texture, GL_R32F, buffer);
     glCreateVertexArrays(1, &array);
 
-    const char *vert[] = {"#version 450 core\n", embedded_find("shaders/fullscreen.vert")->begin};
+    const char *vert[] = {"#version 450 core\n", embedded_find("shaders/interface.h")->begin,
+                          embedded_find("shaders/fullscreen.vert")->begin};
     const char *frag[] = {
         "#version 450 core\n", embedded_find("shaders/common_math.glsl")->begin,
         "layout(binding = 0) uniform samplerBuffer xs; layout(location = 0) out vec4 result;\n"
         "void main() { int i = int(gl_FragCoord.y) * 128 + int(gl_FragCoord.x);\n"
         "result = vec4(one_minus_exp(texelFetch(xs, i).r)); }\n"};
     GLuint program = glCreateProgram();
-    glAttachShader(program, compile(GL_VERTEX_SHADER, vert, 2));
+    glAttachShader(program, compile(GL_VERTEX_SHADER, vert, 3));
     glAttachShader(program, compile(GL_FRAGMENT_SHADER, frag, 3));
     glLinkProgram(program);
     glUseProgram(program);
