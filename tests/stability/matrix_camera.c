@@ -71,20 +71,11 @@ static void slabs(struct matrix *matrix) {
 
 /* ---- solids, and the sphere whose vertices the eye stands on ---- */
 
-static void fill_solid(struct volume *volume, const struct matrix_case *self) {
-    (void)self;
-    static const double color[3] = {1, 0.5, 0.25};
-    for (int z = 0; z < volume->size[2]; z++)
-        for (int y = 0; y < volume->size[1]; y++)
-            for (int x = 0; x < volume->size[0]; x++)
-                voxel_set(volume, x, y, z, 1, color);
-}
-
 static void solids(struct matrix *matrix) {
     struct matrix_case made = {.group = "camera",
                                .name = "inside a solid",
                                .quick = true,
-                               .voxels = fill_solid,
+                               .voxels = voxels_solid,
                                .bound = BOUND_PICTURE,
                                .most = 1e-6,
                                .most_max = 1e-6,

@@ -5,18 +5,12 @@
 static void fill_nothing(struct volume *volume, const struct matrix_case *self) {
     (void)self;
     static const double color[3] = {1, 1, 1};
-    for (int z = 0; z < volume->size[2]; z++)
-        for (int y = 0; y < volume->size[1]; y++)
-            for (int x = 0; x < volume->size[0]; x++)
-                voxel_set(volume, x, y, z, 0, color);
+    voxels_fill(volume, 0, color);
 }
 
 static void fill_value(struct volume *volume, const struct matrix_case *self) {
     static const double color[3] = {1, 0.5, 0.25};
-    for (int z = 0; z < volume->size[2]; z++)
-        for (int y = 0; y < volume->size[1]; y++)
-            for (int x = 0; x < volume->size[0]; x++)
-                voxel_set(volume, x, y, z, self->arg[0], color);
+    voxels_fill(volume, self->arg[0], color);
 }
 
 /* Optical depths across a thickness of 0 and arg[0] in turn along u. */

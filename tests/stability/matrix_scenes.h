@@ -45,6 +45,20 @@ static inline void voxel_set(struct volume *volume, int x, int y, int z, double 
     voxel[3] = (float)value;
 }
 
+/* All voxels alike. */
+static inline void voxels_fill(struct volume *volume, double value, const double color[3]) {
+    for (int z = 0; z < volume->size[2]; z++)
+        for (int y = 0; y < volume->size[1]; y++)
+            for (int x = 0; x < volume->size[0]; x++)
+                voxel_set(volume, x, y, z, value, color);
+}
+
+/* Solid throughout, of one colour: a case's `voxels`. */
+static inline void voxels_solid(struct volume *volume, const struct matrix_case *self) {
+    (void)self;
+    voxels_fill(volume, 1, (const double[3]){1, 0.5, 0.25});
+}
+
 /* The optical depth across one thickness that a voxel of this alpha stands for. */
 static inline double voxel_depth(const struct volume *volume, double alpha) {
     return -log1p(-alpha) * volume->size[2];

@@ -33,10 +33,7 @@ static void slabs(struct matrix *matrix) {
  * no discretisation. */
 static void fill_alpha(struct volume *volume, const struct matrix_case *self) {
     static const double color[3] = {0.25, 0.5, 1};
-    for (int z = 0; z < volume->size[2]; z++)
-        for (int y = 0; y < volume->size[1]; y++)
-            for (int x = 0; x < volume->size[0]; x++)
-                voxel_set(volume, x, y, z, voxel_depth(volume, self->arg[0]), color);
+    voxels_fill(volume, voxel_depth(volume, self->arg[0]), color);
 }
 
 static void uniform_voxels(struct matrix *matrix) {
@@ -143,22 +140,13 @@ static void jumps(struct matrix *matrix) {
     }
 }
 
-static void fill_solid(struct volume *volume, const struct matrix_case *self) {
-    (void)self;
-    static const double color[3] = {1, 0.5, 0.25};
-    for (int z = 0; z < volume->size[2]; z++)
-        for (int y = 0; y < volume->size[1]; y++)
-            for (int x = 0; x < volume->size[0]; x++)
-                voxel_set(volume, x, y, z, 1, color);
-}
-
 /* ---- thousands of layers ---- */
 
 static void many_layers(struct matrix *matrix) {
     struct matrix_case made = {.group = "stiff",
                                .name = "voxels of alpha 1",
                                .quick = true,
-                               .voxels = fill_solid,
+                               .voxels = voxels_solid,
                                .bound = BOUND_PICTURE,
                                .most = 1e-6,
                                .why = "every ray ends where it enters, on one unlit colour"};
