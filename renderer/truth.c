@@ -1,4 +1,4 @@
-/* Caches for one picture, the camera where the scene gives none, and doubles to floats. */
+/* Caches for one scene, the camera where the scene gives none, and doubles to floats. */
 #include "renderer/truth.h"
 
 #include <stdlib.h>
@@ -7,6 +7,13 @@
 #include "renderer/camera.h"
 
 enum { CACHE_BYTES = 256 << 20 };
+
+struct truth_source {
+    struct reference_sources sources;
+    struct reference *reference;
+    int width, height;
+    struct scene_camera camera;
+};
 
 struct points {
     const struct reference *reference;
@@ -32,49 +39,84 @@ static enum status to_floats(const struct reference_result *drawn, struct truth 
         for (int i = 0; i < 4; i++)
             truth->pixels[4 * p + (size_t)i] = (float)drawn->pixels[p][i];
     memcpy(truth->touched, drawn->touched, drawn->count);
+    truth->count = drawn->count;
+    truth->unresolved = drawn->unresolved;
     return STATUS_OK;
+}
+
+enum status truth_create(const struct scene *scene, const struct asset_source *assets,
+                         struct truth_source **out, struct error *err) {
+    *out = NULL;
+    struct truth_source *source = calloc(1, sizeof *source);
+    if (!source)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the reference");
+    source->sources = (struct reference_sources){mesh_cache_create(CACHE_BYTES),
+                                                 volume_cache_create(CACHE_BYTES), assets};
+    enum status status;
+    if (!source->sources.meshes || !source->sources.volumes)
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the caches");
+    else
+        status = reference_create(scene, &source->sources, &source->reference, err);
+    if (status != STATUS_OK) {
+        truth_destroy(source);
+        return status;
+    }
+    source->width = scene->image.width;
+    source->height = scene->image.height;
+    source->camera = scene->camera;
+    if (!scene->camera.given) {
+        double low[3], high[3];
+        struct points points = {.reference = source->reference};
+        reference_bounds(source->reference, low, high);
+        camera_frame(&scene->image, low, high, next_point, restart, &points, &source->camera);
+        reference_set_camera(source->reference, &source->camera);
+    }
+    *out = source;
+    return STATUS_OK;
+}
+
+void truth_destroy(struct truth_source *source) {
+    if (!source)
+        return;
+    reference_destroy(source->reference);
+    volume_cache_destroy(source->sources.volumes);
+    mesh_cache_destroy(source->sources.meshes);
+    free(source);
+}
+
+const struct scene_camera *truth_camera(const struct truth_source *source) {
+    return &source->camera;
+}
+
+enum status truth_draw_pixels(const struct truth_source *source,
+                              const struct reference_request *request, struct truth *truth,
+                              struct error *err) {
+    struct reference_result drawn;
+    *truth = (struct truth){.width = source->width,
+                            .height = source->height,
+                            .camera = source->camera,
+                            .folded = reference_folded(source->reference)};
+    enum status status = reference_render(source->reference, request, &drawn, err);
+    if (status == STATUS_OK)
+        status = to_floats(&drawn, truth, err);
+    reference_result_finish(&drawn);
+    if (status != STATUS_OK)
+        truth_finish(truth);
+    return status;
 }
 
 enum status truth_render(const struct scene *scene, const struct asset_source *assets,
                          const struct reference_request *request, struct truth *truth,
                          struct error *err) {
-    memset(truth, 0, sizeof *truth);
-    struct reference_sources sources = {mesh_cache_create(CACHE_BYTES),
-                                        volume_cache_create(CACHE_BYTES), assets};
-    struct reference *reference = NULL;
-    struct reference_result drawn = {0};
-    enum status status;
-    if (!sources.meshes || !sources.volumes) {
-        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the caches");
-        goto done;
-    }
-    status = reference_create(scene, &sources, &reference, err);
+    *truth = (struct truth){0};
+    struct truth_source *source;
+    enum status status = truth_create(scene, assets, &source, err);
     if (status != STATUS_OK)
-        goto done;
-    truth->width = scene->image.width;
-    truth->height = scene->image.height;
-    truth->camera = scene->camera;
-    if (!scene->camera.given) {
-        double low[3], high[3];
-        struct points points = {.reference = reference};
-        reference_bounds(reference, low, high);
-        camera_frame(&scene->image, low, high, next_point, restart, &points, &truth->camera);
-        reference_set_camera(reference, &truth->camera);
-    }
+        return status;
     struct reference_request whole = *request;
     whole.pixels = NULL;
-    status = reference_render(reference, &whole, &drawn, err);
-    if (status == STATUS_OK)
-        status = to_floats(&drawn, truth, err);
-    truth->folded = reference_folded(reference);
-    truth->unresolved = drawn.unresolved;
-done:
-    reference_result_finish(&drawn);
-    reference_destroy(reference);
-    volume_cache_destroy(sources.volumes);
-    mesh_cache_destroy(sources.meshes);
-    if (status != STATUS_OK)
-        truth_finish(truth);
+    status = truth_draw_pixels(source, &whole, truth, err);
+    truth_destroy(source);
     return status;
 }
 
