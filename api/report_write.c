@@ -1,8 +1,7 @@
 /* A report as JSON, after report.schema.json. */
 #include <stdlib.h>
 
-#include "api/json_out.h"
-#include "api/report.h"
+#include "api/report_parts.h"
 
 static void write_text(struct json_out *out, const char *name, const char *text) {
     json_out_key(out, name);
@@ -21,7 +20,11 @@ static void write_timing(struct json_out *out, const struct report *report) {
     json_out_close(out, '}');
 }
 
-static void write_build(struct json_out *out) {
+const char *report_commit(void) {
+    return PELT_COMMIT;
+}
+
+void report_write_build(struct json_out *out) {
     json_out_key(out, "build");
     json_out_open(out, '{');
     write_text(out, "version", PELT_VERSION);
@@ -29,7 +32,7 @@ static void write_build(struct json_out *out) {
     json_out_close(out, '}');
 }
 
-static void write_renderer(struct json_out *out, const struct report *report) {
+void report_write_renderer(struct json_out *out, const struct report *report) {
     json_out_key(out, "renderer");
     json_out_open(out, '{');
     write_text(out, "backend", report->backend);
@@ -60,7 +63,7 @@ static void write_passes(struct json_out *out, const char *name, const struct re
     json_out_close(out, ']');
 }
 
-static void write_work(struct json_out *out, const struct report_work *work) {
+void report_write_work(struct json_out *out, const struct report_work *work) {
     const struct {
         const char *name;
         uint64_t count;
@@ -132,7 +135,7 @@ static void write_target(struct json_out *out, const struct report_target *targe
     json_out_close(out, '}');
 }
 
-static void write_warnings(struct json_out *out, const struct report *report) {
+void report_write_warnings(struct json_out *out, const struct report *report) {
     json_out_key(out, "warnings");
     json_out_open(out, '[');
     for (size_t i = 0; i < report->warning_count; i++) {
@@ -162,19 +165,19 @@ char *report_write(const struct report *report) {
     write_text(&out, "clock", report->clock == REPORT_CLOCK_QUERY ? "query" : "fence");
     json_out_key(&out, "cold");
     json_out_boolean(&out, report->cold);
-    write_build(&out);
-    write_renderer(&out, report);
+    report_write_build(&out);
+    report_write_renderer(&out, report);
     json_out_key(&out, "plan");
     json_out_open(&out, '{');
     write_passes(&out, "passes", report->passes, report->pass_count);
     write_passes(&out, "left_out", report->left_out, report->left_out_count);
     json_out_close(&out, '}');
-    write_work(&out, &report->work);
+    report_write_work(&out, &report->work);
     if (report->error.kind != REPORT_ERROR_NONE)
         write_error(&out, &report->error);
     if (report->target.kind != REPORT_TARGET_NONE)
         write_target(&out, &report->target);
-    write_warnings(&out, report);
+    report_write_warnings(&out, report);
     json_out_key(&out, "resolved");
     json_out_raw(&out, scene);
     json_out_close(&out, '}');

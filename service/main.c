@@ -8,6 +8,7 @@
 #include "service/reference.h"
 #include "service/render.h"
 #include "service/serve.h"
+#include "service/sweep.h"
 #include "service/worker.h"
 
 static int help_main(int argc, char **argv);
@@ -20,6 +21,7 @@ static const struct command {
 } commands[] = {
     {"render", render_main, "draw scenes into picture files, here or by a daemon"},
     {"reference", reference_main, "draw the truth about a scene, and tell a picture's errors"},
+    {"sweep", sweep_main, "measure error against run time by every path, as a page"},
     {"validate", validate_main, "read scenes and name every fault, without drawing"},
     {"plan", plan_main, "say which passes a scene needs, and which are left out and why"},
     {"serve", serve_main, "answer scenes with pictures over HTTP"},

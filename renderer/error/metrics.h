@@ -14,10 +14,11 @@
 /* Of all four channels of a set of pixels. The error of a pixel is the root of its channels' mean
  * square; `rmse` is the root of the mean square over pixels and channels; `max_abs` the largest
  * difference of any channel; `p99` the smallest pixel error that at least 99 % of the pixels do not
- * exceed. All 0 where the set is empty. */
+ * exceed. All 0 where the set is empty. `rmse_standard_error`: of `rmse`, if the pixels stand for a
+ * larger picture from which they were drawn at random (stratified: at most that); squares.h. */
 struct error_figures {
     size_t pixels;
-    double rmse, max_abs, p99;
+    double rmse, rmse_standard_error, max_abs, p99;
 };
 
 struct error_metrics {
@@ -38,6 +39,11 @@ struct error_metrics {
 enum status error_compare(const float *test, const float *reference, int width, int height,
                           const uint8_t *touched, const double background[4], float *flip_map,
                           struct error_metrics *metrics, struct error *err);
+
+/* The same for `count` pixels of a picture, which need not lie side by side: `flip` is NAN. */
+enum status error_compare_pixels(const float *test, const float *reference, size_t count,
+                                 const uint8_t *touched, const double background[4],
+                                 struct error_metrics *metrics, struct error *err);
 
 /* Whether a pixel is drawn on: a channel differs from the premultiplied `background` (straight
  * linear RGBA, as in the scene) by more than 1/512, half a code of 8 bits, or is no number. */

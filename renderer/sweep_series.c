@@ -1,0 +1,96 @@
+/* See sweep_series.h. A new path is one more row. */
+#include "renderer/sweep_series.h"
+
+#include <assert.h>
+#include <string.h>
+
+#include "api/scene_members.h"
+
+const struct sweep_row sweep_rows[] = {
+    {.name = "tetra-walk",
+     .text = "tetrahedra, rays walk from cell to cell",
+     .path = SCENE_PATH_TETRA,
+     .kind = SCENE_OBJECT_SHELL,
+     .quality = "samples",
+     .member = "order",
+     .value = "walk",
+     .ladder = {4, 8, 16, 32, 64, 128}},
+    {.name = "tetra-sorted",
+     .text = "tetrahedra, drawn back to front",
+     .path = SCENE_PATH_TETRA,
+     .kind = SCENE_OBJECT_SHELL,
+     .quality = "samples",
+     .member = "order",
+     .value = "sorted",
+     .ladder = {4, 8, 16, 32, 64, 128}},
+    {0},
+};
+
+const struct sweep_row *sweep_row_find(const char *name) {
+    for (const struct sweep_row *row = sweep_rows; row->name; row++)
+        if (strcmp(row->name, name) == 0)
+            return row;
+    return NULL;
+}
+
+static const struct member *find_member(enum scene_node node, const char *name) {
+    for (size_t i = 0; i < scene_member_count; i++)
+        if (scene_members[i].node == node && strcmp(scene_members[i].name, name) == 0)
+            return &scene_members[i];
+    assert(!"a row of sweep_rows names a member that scenes do not have");
+    return NULL;
+}
+
+int sweep_row_max(const struct sweep_row *row) {
+    return (int)member_max(find_member(SCENE_NODE_quality, row->quality), 0);
+}
+
+int sweep_row_min(const struct sweep_row *row) {
+    return (int)member_min(find_member(SCENE_NODE_quality, row->quality), 0);
+}
+
+const char *sweep_row_unit(const struct sweep_row *row) {
+    return find_member(SCENE_NODE_quality, row->quality)->unit;
+}
+
+const char *sweep_row_path_name(const struct sweep_row *row) {
+    const struct member *path = find_member(SCENE_NODE_object, "path");
+    const struct scene_choice_list *list = &scene_choice_lists[path->choices];
+    for (size_t i = 0; i < list->count; i++)
+        if (list->choice[i].value == (int)row->path)
+            return list->choice[i].name;
+    assert(!"a path without a name");
+    return "";
+}
+
+bool sweep_row_concerns(const struct sweep_row *row, const struct scene *scene) {
+    for (size_t i = 0; i < scene->object_count; i++)
+        if (scene->objects[i].kind == row->kind)
+            return true;
+    return false;
+}
+
+static void set_choice(const struct sweep_row *row, struct scene_quality *quality) {
+    const struct member *member = find_member(SCENE_NODE_quality, row->member);
+    const struct scene_choice_list *list = &scene_choice_lists[member->choices];
+    for (size_t i = 0; i < list->count; i++)
+        if (strcmp(list->choice[i].name, row->value) == 0) {
+            memcpy((char *)quality + member->offset, &list->choice[i].value, sizeof(int));
+            return;
+        }
+    assert(!"a row of sweep_rows names a choice that scenes do not have");
+}
+
+void sweep_row_apply(const struct sweep_row *row, int quality, struct scene_object *objects,
+                     size_t count) {
+    const struct member *moved = find_member(SCENE_NODE_quality, row->quality);
+    for (size_t i = 0; i < count; i++) {
+        if (objects[i].kind != row->kind)
+            continue;
+        objects[i].path = row->path;
+        objects[i].quality = (struct scene_quality){0};
+        memcpy((char *)&objects[i].quality + moved->offset, &quality, sizeof quality);
+        if (row->member)
+            set_choice(row, &objects[i].quality);
+    }
+}
