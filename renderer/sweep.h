@@ -79,9 +79,9 @@ struct sweep_point {
     struct error_metrics error;          /* flip is NAN where not all pixels were drawn */
     struct error_figures discretisation; /* NANs where the limit could not be drawn, or the quality
                                             is more than half of its */
-    bool
-        front; /* no other point of the sweep is as fast and as good: total_ms.median, error.touched
-                */
+    /* On the Pareto front of total_ms.median and error.touched.rmse over all series, to within the
+     * largest noise floor (sweep_fit.floor). */
+    bool front;
     float *pixels; /* width * height * 4, as renderer_render() gives them */
     float *flip;   /* width * height; NULL where not all pixels were drawn */
 };

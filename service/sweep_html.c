@@ -272,8 +272,14 @@ static void scene(FILE *out, const struct sweep *sweep) {
         } else if (*at == '[') {
             flat = *strpbrk(at + 1, "[{]") == ']';
         }
-        bool opens = !in_string && (*at == '{' || (*at == '[' && !flat));
+        bool empty = at[0] == '{' && at[1] == '}';
+        bool opens = !in_string && !empty && (*at == '{' || (*at == '[' && !flat));
         bool closes = !in_string && (*at == '}' || (*at == ']' && !flat));
+        if (!in_string && empty) {
+            fputs("{}", out);
+            at++;
+            continue;
+        }
         if (closes)
             fprintf(out, "\n%*s", 2 * --depth, "");
         /* Bytes of a longer character pass as they are: the text is UTF-8 throughout. */

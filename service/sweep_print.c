@@ -67,7 +67,7 @@ void sweep_print(FILE *out, const struct sweep *sweep) {
             "p10", "p90", "draw ms", "rmse", "p99", "largest", "discr.", "flip");
     for (size_t s = 0; s < sweep->series_count; s++)
         print_series(out, &sweep->series[s]);
-    fputs("  * no other point is as fast and as good\n\n", out);
+    fputs("  * on the Pareto front: no other point is both as fast and as good\n\n", out);
     for (size_t s = 0; s < sweep->series_count; s++)
         print_fit(out, &sweep->series[s]);
     for (size_t i = 0; i < report->warning_count; i++)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Reports and problem documents, as the program writes them, follow their schemas; and the schemas
+"""Reports, sweeps and problem documents, as the program writes them, follow their schemas; and the schemas
 allow no member that the program never writes (else they describe something that does not exist)."""
 
 import json
@@ -21,8 +21,10 @@ def load(name):
     return schema
 
 
-SCENE, REPORT, PROBLEM = map(load, ("scene.schema.json", "report.schema.json", "problem.schema.json"))
-STORE = {schema["$id"]: schema for schema in (SCENE, REPORT, PROBLEM)}
+SCENE, REPORT, SWEEP, PROBLEM = map(load, ("scene.schema.json", "report.schema.json",
+                                           "sweep.schema.json", "problem.schema.json"))
+STORE = {schema["$id"]: schema for schema in (SCENE, REPORT, SWEEP, PROBLEM)}
+SCHEMAS = {"report": REPORT, "sweep": SWEEP, "problem": PROBLEM}
 
 
 def validator(schema):
@@ -54,19 +56,19 @@ def main():
     bad = 0
     with open(os.path.join(ROOT, "api", "status.def")) as file:
         slugs = set(re.findall(r'^STATUS\(\w+, "([^"]+)"', file.read(), re.M))
-    seen = {"report": set(), "problem": set()}
+    seen = {kind: set() for kind in SCHEMAS}
     types = set()
     for line in lines:
         kind, text = line.split(" ", 1)
         document = json.loads(text)
-        schema = REPORT if kind == "report" else PROBLEM
+        schema = SCHEMAS[kind]
         for error in validator(schema).iter_errors(document):
             bad += 1
             print(f"{kind}: {list(error.absolute_path)}: {error.message[:200]}")
         seen[kind].update(written(document))
         if kind == "problem":
             types.add(document["type"])
-    for kind, schema in (("report", REPORT), ("problem", PROBLEM)):
+    for kind, schema in SCHEMAS.items():
         for member in members(schema):
             if member not in seen[kind]:
                 bad += 1

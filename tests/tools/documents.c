@@ -1,5 +1,5 @@
-/* Writes reports and problem documents of every sort, for the test that holds them to their
- * schemas. One line each: "report" or "problem", a space, the document. */
+/* Writes reports, sweeps and problem documents of every sort, for the test that holds them to their
+ * schemas. One line each: "report", "sweep" or "problem", a space, the document. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,6 +7,8 @@
 
 #include "api/problem_write.h"
 #include "api/report.h"
+#include "service/sweep_write.h"
+#include "tests/sweep_fixture.h"
 
 static void print(const char *what, char *document) {
     if (!document)
@@ -85,8 +87,24 @@ static void print_problems(void) {
     }
 }
 
+static void print_sweeps(void) {
+    static struct sweep_fixture fixture;
+    struct arena arena = {0};
+    struct scene scene;
+    read_scene(&arena, &scene, "{\"objects\": [{\"mesh\": {\"shape\": \"plane\"}}]}");
+    char *text = scene_write(&scene);
+    for (int sampled = 0; sampled < 2; sampled++) {
+        sweep_fixture_make(&fixture, sampled);
+        fixture.sweep.scene = text;
+        print("sweep", sweep_json(&fixture.sweep));
+    }
+    free(text);
+    arena_free(&arena);
+}
+
 int main(void) {
     print_reports();
+    print_sweeps();
     print_problems();
     return 0;
 }
