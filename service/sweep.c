@@ -207,6 +207,26 @@ static int parse_options(int argc, char **argv, struct options *options) {
     return 0;
 }
 
+/* Whether files may be made in a folder, or, where it is not there, the folder itself. */
+static bool can_write(const char *folder, bool there) {
+    if (there)
+        return access(folder, W_OK | X_OK) == 0;
+    char *parent = strdup(folder);
+    if (!parent)
+        return false;
+    size_t length = strlen(parent);
+    while (length > 1 && parent[length - 1] == '/')
+        parent[--length] = 0;
+    char *slash = strrchr(parent, '/');
+    if (slash == parent)
+        slash[1] = 0;
+    else if (slash)
+        *slash = 0;
+    bool good = access(slash ? parent : ".", W_OK | X_OK) == 0;
+    free(parent);
+    return good;
+}
+
 /* Before minutes are spent on it. */
 static int check_options(int scene_count, const struct options *options) {
     struct stat found;
@@ -216,8 +236,14 @@ static int check_options(int scene_count, const struct options *options) {
         return cli_usage("sweep", "where to? -o, or --json");
     if (options->quiet && options->json)
         return cli_usage("sweep", "one of --quiet and --json");
-    if (options->output && stat(options->output, &found) == 0 && !S_ISDIR(found.st_mode))
+    bool there = options->output && stat(options->output, &found) == 0;
+    if (there && !S_ISDIR(found.st_mode))
         return cli_usage("sweep", "%s is a file, not a folder", options->output);
+    if (options->output && !can_write(options->output, there)) {
+        fprintf(stderr, "pelt sweep: %s: cannot be %s: %s\n", options->output,
+                there ? "written to" : "made", strerror(errno));
+        return status_exit_code(STATUS_IO_ERROR);
+    }
     struct error err = {0};
     enum status status = sweep_check(&options->sweep, &err);
     if (status != STATUS_OK)
