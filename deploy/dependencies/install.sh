@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the packages of debian.txt that are missing, and nothing else.
-# Usage: deploy/dependencies/install.sh GROUP...   (build, run, demo, test, check)
+# Usage: deploy/dependencies/install.sh GROUP...   (build, run, demo, test, check, browser)
 # Asks nothing. Runs apt-get only if something is missing, `apt-get update` only if apt does not
 # know the package, and sudo only for who is not root.
 set -eu
