@@ -49,8 +49,8 @@ static enum status make_series(struct work *work, const struct sweep_row *row, s
     struct sweep_series *series = &work->sweep->series[work->sweep->series_count++];
     series->row = row;
     series->model = unknown;
-    series->fit =
-        (struct sweep_fit){.order = NAN, .constant = NAN, .standard_error = NAN, .floor = NAN};
+    series->fit = (struct sweep_fit){
+        .order = NAN, .constant = NAN, .standard_error = NAN, .finest_order = NAN, .floor = NAN};
     series->point_count = options->quality_count ? options->quality_count : SWEEP_LADDER_DEFAULT;
     series->points = calloc(series->point_count, sizeof *series->points);
     if (!series->points)

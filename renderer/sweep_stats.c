@@ -68,9 +68,24 @@ static struct line fit_line(const double *quality, const double *error, const bo
                          n > 2 ? sqrt(residue / (n - 2) / xx) : NAN};
 }
 
+/* The same, corrected for the order that comes out. */
+static struct line fit_corrected(const double *quality, const double *error, const bool *used,
+                                 size_t count, double limit) {
+    struct line line = fit_line(quality, error, used, count, limit, 0);
+    /* Where the error does not fall there is no order to correct for. */
+    for (int round = 0; round < ORDER_ROUNDS_MAX && line.slope < 0; round++) {
+        double p = fmin(fmax(-line.slope, ORDER_MIN), ORDER_MAX), before = line.slope;
+        line = fit_line(quality, error, used, count, limit, p);
+        if (fabs(line.slope - before) < ORDER_STEP_MIN)
+            break;
+    }
+    return line;
+}
+
 void sweep_fit(const double *quality, const double *error, size_t count, double limit, double floor,
                struct sweep_fit *fit) {
-    *fit = (struct sweep_fit){.order = NAN, .constant = NAN, .standard_error = NAN, .floor = floor};
+    *fit = (struct sweep_fit){
+        .order = NAN, .constant = NAN, .standard_error = NAN, .finest_order = NAN, .floor = floor};
     bool *used = calloc(count + 1, sizeof *used);
     if (!used) /* an order is not worth the sweep: it is unknown then */
         return;
@@ -80,17 +95,16 @@ void sweep_fit(const double *quality, const double *error, size_t count, double 
         fit->points += used[i];
     }
     if (fit->points >= 2) {
-        struct line line = fit_line(quality, error, used, count, limit, 0);
-        /* Where the error does not fall there is no order to correct for. */
-        for (int round = 0; round < ORDER_ROUNDS_MAX && line.slope < 0; round++) {
-            double p = fmin(fmax(-line.slope, ORDER_MIN), ORDER_MAX), before = line.slope;
-            line = fit_line(quality, error, used, count, limit, p);
-            if (fabs(line.slope - before) < ORDER_STEP_MIN)
-                break;
-        }
+        struct line line = fit_corrected(quality, error, used, count, limit);
         fit->order = -line.slope;
         fit->constant = exp(line.height);
         fit->standard_error = line.standard_error;
+        size_t left = fit->points;
+        for (size_t i = 0; i < count && left > 2; i++) {
+            left -= used[i];
+            used[i] = false;
+        }
+        fit->finest_order = -fit_corrected(quality, error, used, count, limit).slope;
     }
     free(used);
 }

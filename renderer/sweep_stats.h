@@ -23,12 +23,14 @@ struct sweep_spread sweep_spread(double *values, size_t count);
  * therefore divided by 1 - (q / limit)^p, p being found by iteration; without that an error of
  * first order at a quarter of the limit would look 25 % too small, and p too large.
  *
- * Left out: points whose error is at most `floor`, is no number, or whose quality is more than half
- * the limit. */
+ * `quality` rises. Left out: points whose error is at most `floor`, is no number, or whose quality
+ * is more than half the limit. */
 struct sweep_fit {
     double order;          /* NAN with less than two points */
     double constant;       /* C */
     double standard_error; /* of the order, from the residuals; NAN with less than three points */
+    double finest_order;   /* of the last two of the points, which the first may be too coarse for;
+                              NAN with less than two */
     double floor;          /* as given */
     size_t points;         /* that the line goes through */
 };

@@ -7,9 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "service/sweep_axis.h"
 #include "service/sweep_page.h"
 
-enum { WIDTH = 720, HEIGHT = 500, LEFT = 92, RIGHT = 702, TOP = 44, BOTTOM = 428, MARKS = 6 };
+enum { MARKS = 6 };
 
 static const struct look {
     const char *colour, *dash;
@@ -19,143 +20,22 @@ static const struct look {
 };
 _Static_assert(sizeof looks / sizeof *looks == MARKS, "a look for each mark");
 
-/* ---- axes ---- */
-
-/* Logarithmic: decades `low` to `high` lie from `from` to `to`. */
-struct axis {
-    double low, high, from, to;
-};
-
-static double place(const struct axis *axis, double value) {
-    double at = (log10(value) - axis->low) / (axis->high - axis->low);
-    return axis->from + fmin(fmax(at, 0), 1) * (axis->to - axis->from);
-}
-
-static void include(struct axis *axis, double value) {
-    if (!(value > 0) || !isfinite(value))
-        return;
-    axis->low = fmin(axis->low, log10(value));
-    axis->high = fmax(axis->high, log10(value));
-}
-
-/* Room around what was included; something to show where nothing was. */
-static void widen(struct axis *axis) {
-    if (!(axis->low <= axis->high))
-        axis->low = axis->high = 0;
-    double room = fmax(0.07 * (axis->high - axis->low), 0.08);
-    axis->low -= room;
-    axis->high += room;
-}
-
-static const char *const superscripts[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
-
-static void power_of_ten(FILE *out, int exponent) {
-    fprintf(out, "10%s", exponent < 0 ? "⁻" : "");
-    int size = abs(exponent);
-    if (size >= 100)
-        fputs(superscripts[size / 100 % 10], out);
-    if (size >= 10)
-        fputs(superscripts[size / 10 % 10], out);
-    fputs(superscripts[size % 10], out);
-}
-
-static void tick_label(FILE *out, double digits, int exponent) {
-    if (exponent >= -3 && exponent <= 4) {
-        fprintf(out, "%.5g", digits * pow(10, exponent));
-        return;
-    }
-    if (digits > 1)
-        fprintf(out, "%g·", digits);
-    power_of_ten(out, exponent);
-}
-
-/* What may be labelled within each decade, from coarse to fine: the first that gives three labels
- * is taken. Ends with 0. */
-static const double label_sets[][12] = {
-    {1},
-    {1, 2, 5},
-    {1, 2, 3, 4, 6, 8},
-    {1, 1.2, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6, 8},
-    {1, 1.2, 1.4, 1.6, 1.8, 2, 2.2, 2.5, 2.8, 3.1, 3.5},
-};
-enum { LABEL_SETS = sizeof label_sets / sizeof *label_sets };
-
-static bool on_axis(const struct axis *axis, double digits, int exponent) {
-    double at = exponent + log10(digits);
-    return at >= axis->low && at <= axis->high;
-}
-
-static const double *choose_labels(const struct axis *axis) {
-    int first = (int)floor(axis->low), last = (int)ceil(axis->high);
-    for (int set = 0; set < LABEL_SETS; set++) {
-        int count = 0;
-        for (int exponent = first; exponent <= last; exponent++)
-            for (const double *digits = label_sets[set]; *digits > 0; digits++)
-                count += on_axis(axis, *digits, exponent);
-        if (count >= 3)
-            return label_sets[set];
-    }
-    return label_sets[LABEL_SETS - 1];
-}
-
-static void draw_line_at(FILE *out, const struct axis *axis, double digits, int exponent,
-                         bool horizontal) {
-    double where = place(axis, digits * pow(10, exponent));
-    const char *kind = digits > 1 ? "grid" : "ten";
-    if (horizontal)
-        fprintf(out, "<path class=\"%s\" d=\"M%.1f %dV%d\"/>", kind, where, TOP, BOTTOM);
-    else
-        fprintf(out, "<path class=\"%s\" d=\"M%d %.1fH%d\"/>", kind, LEFT, where, RIGHT);
-}
-
-static void draw_label(FILE *out, const struct axis *axis, double digits, int exponent,
-                       bool horizontal) {
-    double where = place(axis, digits * pow(10, exponent));
-    if (horizontal)
-        fprintf(out, "<text x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">", where, BOTTOM + 24);
-    else
-        fprintf(out, "<text x=\"%d\" y=\"%.1f\" dy=\"0.35em\" text-anchor=\"end\">", LEFT - 7,
-                where);
-    tick_label(out, digits, exponent);
-    fputs("</text>\n", out);
-}
-
-/* Lines at 1 to 9 times each power of ten (at the powers alone where there are many). */
-static void draw_grid(FILE *out, const struct axis *axis, bool horizontal) {
-    int first = (int)floor(axis->low), last = (int)ceil(axis->high);
-    int fine = axis->high - axis->low > 6 ? 1 : 9;
-    for (int exponent = first; exponent <= last; exponent++)
-        for (int digit = 1; digit <= fine; digit++)
-            if (on_axis(axis, digit, exponent))
-                draw_line_at(out, axis, digit, exponent, horizontal);
-    fputc('\n', out);
-}
-
-static void draw_labels(FILE *out, const struct axis *axis, bool horizontal) {
-    int first = (int)floor(axis->low), last = (int)ceil(axis->high);
-    const double *labels = choose_labels(axis);
-    int every = last - first > 12 ? (last - first) / 6 : 1;
-    for (int exponent = first; exponent <= last; exponent++)
-        for (const double *digits = labels; *digits > 0 && exponent % every == 0; digits++)
-            if (on_axis(axis, *digits, exponent))
-                draw_label(out, axis, *digits, exponent, horizontal);
-}
-
 static void begin_chart(FILE *out, const struct axis *x, const struct axis *y, const char *label,
                         const char *name_y) {
     fprintf(out, "<svg class=\"chart\" viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"%s\">\n",
-            WIDTH, HEIGHT, label);
-    draw_grid(out, x, true);
-    draw_grid(out, y, false);
-    draw_labels(out, y, false);
-    fprintf(out, "<path class=\"frame\" d=\"M%d %dV%dH%d\"/>\n", LEFT, TOP, BOTTOM, RIGHT);
-    fprintf(out, "<text class=\"name\" x=\"4\" y=\"%d\">%s</text>\n", TOP - 20, name_y);
+            CHART_WIDTH, CHART_HEIGHT, label);
+    axis_grid(out, x, true);
+    axis_grid(out, y, false);
+    axis_labels(out, y, false);
+    fprintf(out, "<path class=\"frame\" d=\"M%d %dV%dH%d\"/>\n", CHART_LEFT, CHART_TOP,
+            CHART_BOTTOM, CHART_RIGHT);
+    fprintf(out, "<text class=\"name\" x=\"4\" y=\"%d\">%s</text>\n", CHART_TOP - 20, name_y);
 }
 
 static void end_chart(FILE *out, const char *name_x) {
     fprintf(out,
             "<text class=\"name\" x=\"%d\" y=\"%d\" text-anchor=\"middle\">%s</text>\n</svg>\n",
-            (LEFT + RIGHT) / 2, HEIGHT - 12, name_x);
+            (CHART_LEFT + CHART_RIGHT) / 2, CHART_HEIGHT - 12, name_x);
 }
 
 /* ---- marks ---- */
@@ -230,7 +110,8 @@ static void draw_line(FILE *out, const struct axis *x, const struct axis *y,
             continue;
         if (!begun)
             fputs("<path class=\"line\" d=\"", out);
-        fprintf(out, "%c%.1f %.1f", begun ? 'L' : 'M', place(x, spots[i].x), place(y, spots[i].y));
+        fprintf(out, "%c%.1f %.1f", begun ? 'L' : 'M', axis_place(x, spots[i].x),
+                axis_place(y, spots[i].y));
         begun = true;
     }
     if (begun)
@@ -255,12 +136,12 @@ static void draw_spot(FILE *out, const struct axis *x, const struct axis *y,
                       bool hollow) {
     if (!spot->point)
         return;
-    double at_x = place(x, spot->x), at_y = place(y, spot->y);
+    double at_x = axis_place(x, spot->x), at_y = axis_place(y, spot->y);
     fputs("<g>", out);
     title(out, series, spot->point);
-    draw_bar(out, place(x, spot->x_low), at_y, place(x, spot->x_high), at_y,
+    draw_bar(out, axis_place(x, spot->x_low), at_y, axis_place(x, spot->x_high), at_y,
              looks[s % MARKS].colour);
-    draw_bar(out, at_x, place(y, spot->y_low), at_x, place(y, spot->y_high),
+    draw_bar(out, at_x, axis_place(y, spot->y_low), at_x, axis_place(y, spot->y_high),
              looks[s % MARKS].colour);
     if (spot->point->front && !hollow)
         fprintf(out, "<circle class=\"front\" cx=\"%.1f\" cy=\"%.1f\" r=\"10.5\"/>", at_x, at_y);
@@ -305,14 +186,15 @@ static void draw_front(FILE *out, const struct axis *x, const struct axis *y,
     }
     qsort(front, count, sizeof *front, compare_spots);
     for (size_t i = 0; i < count; i++)
-        fprintf(out, "%s%.1f %.1f", i ? "L" : "<path class=\"beneath\" d=\"M", place(x, front[i].x),
-                place(y, front[i].y));
+        fprintf(out, "%s%.1f %.1f", i ? "L" : "<path class=\"beneath\" d=\"M",
+                axis_place(x, front[i].x), axis_place(y, front[i].y));
     if (count)
         fputs("\"/>\n", out);
 }
 
 void sweep_chart_time(FILE *out, const struct sweep *sweep) {
-    struct axis x = {INFINITY, -INFINITY, LEFT, RIGHT}, y = {INFINITY, -INFINITY, BOTTOM, TOP};
+    struct axis x = {INFINITY, -INFINITY, CHART_LEFT, CHART_RIGHT},
+                y = {INFINITY, -INFINITY, CHART_BOTTOM, CHART_TOP};
     struct spot spots[SWEEP_QUALITIES_MAX];
     for (size_t s = 0; s < sweep->series_count; s++) {
         const struct sweep_series *series = &sweep->series[s];
@@ -320,26 +202,26 @@ void sweep_chart_time(FILE *out, const struct sweep *sweep) {
         for (size_t i = 0; i < series->point_count; i++) {
             if (!spots[i].point)
                 continue;
-            include(&x, spots[i].x_low);
-            include(&x, spots[i].x_high);
-            include(&y, spots[i].y_low);
-            include(&y, spots[i].y_high);
+            axis_include(&x, spots[i].x_low);
+            axis_include(&x, spots[i].x_high);
+            axis_include(&y, spots[i].y_low);
+            axis_include(&y, spots[i].y_high);
         }
-        include(&y, series->model.rmse);
+        axis_include(&y, series->model.rmse);
     }
-    widen(&x);
-    widen(&y);
+    axis_widen(&x);
+    axis_widen(&y);
     begin_chart(out, &x, &y, "Error against run time", "RMSE against the reference");
     for (size_t s = 0; s < sweep->series_count; s++)
         if (sweep->series[s].model.rmse > 0) {
-            double at = place(&y, sweep->series[s].model.rmse);
+            double at = axis_place(&y, sweep->series[s].model.rmse);
             fprintf(out, "<path class=\"model\" stroke=\"%s\" d=\"M%d %.1fH%d\"><title>",
-                    looks[s % MARKS].colour, LEFT, at, RIGHT);
+                    looks[s % MARKS].colour, CHART_LEFT, at, CHART_RIGHT);
             fprintf(out, "%s: model error ", sweep->series[s].row->name);
             sweep_figure(out, sweep->series[s].model.rmse);
             fputs("</title></path>\n", out);
         }
-    draw_labels(out, &x, true);
+    axis_labels(out, &x, true);
     draw_front(out, &x, &y, sweep);
     for (size_t s = 0; s < sweep->series_count; s++) {
         time_spots(sweep, &sweep->series[s], spots);
@@ -383,36 +265,36 @@ static void draw_fit(FILE *out, const struct axis *x, const struct axis *y,
     for (int i = 0; i <= STEPS; i++) {
         double q = exp(low + (high - low) * i / STEPS);
         double e = fit->constant * (pow(q, -fit->order) - pow(series->limit_quality, -fit->order));
-        if (!(e > 0))
+        if (!(e > 0) || log10(e) < y->low || log10(e) > y->high)
             continue;
-        fprintf(out, "%s%.1f %.1f", begun ? "L" : "<path class=\"fit\" d=\"M", place(x, q),
-                place(y, e));
+        fprintf(out, "%s%.1f %.1f", begun ? "L" : "<path class=\"fit\" d=\"M", axis_place(x, q),
+                axis_place(y, e));
         begun = true;
     }
     if (begun)
         fprintf(out, "\" stroke=\"%s\"/>\n", looks[s % MARKS].colour);
 }
 
-/* The qualities themselves, where they are few enough to be read. */
+static int compare_integers(const void *a, const void *b) {
+    int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+/* The qualities themselves, as many as can be read. */
 static void draw_qualities(FILE *out, const struct axis *x, const struct sweep *sweep) {
-    enum { LABELS_MAX = 8 };
-    int values[LABELS_MAX], count = 0;
+    int values[SWEEP_SERIES_MAX * SWEEP_QUALITIES_MAX];
+    size_t count = 0;
+    double taken = 0;
     for (size_t s = 0; s < sweep->series_count; s++)
-        for (size_t i = 0; i < sweep->series[s].point_count; i++) {
-            int quality = sweep->series[s].points[i].quality;
-            bool known = false;
-            for (int k = 0; k < count; k++)
-                known |= values[k] == quality;
-            if (!known && count == LABELS_MAX) {
-                draw_labels(out, x, true);
-                return;
-            }
-            if (!known)
-                values[count++] = quality;
-        }
-    for (int k = 0; k < count; k++)
-        fprintf(out, "<text x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">%d</text>\n",
-                place(x, values[k]), BOTTOM + 24, values[k]);
+        for (size_t i = 0; i < sweep->series[s].point_count; i++)
+            values[count++] = sweep->series[s].points[i].quality;
+    qsort(values, count, sizeof *values, compare_integers);
+    for (size_t k = 0; k < count; k++) {
+        char text[LABEL_BYTES];
+        snprintf(text, sizeof text, "%d", values[k]);
+        if (k == 0 || values[k] > values[k - 1])
+            axis_label_x(out, axis_place(x, values[k]), text, &taken);
+    }
 }
 
 /* "samples", or "samples, slices" where series move different members. */
@@ -430,28 +312,29 @@ static void quality_names(const struct sweep *sweep, char *names, size_t bytes) 
 }
 
 void sweep_chart_order(FILE *out, const struct sweep *sweep) {
-    struct axis x = {INFINITY, -INFINITY, LEFT, RIGHT}, y = {INFINITY, -INFINITY, BOTTOM, TOP};
+    struct axis x = {INFINITY, -INFINITY, CHART_LEFT, CHART_RIGHT},
+                y = {INFINITY, -INFINITY, CHART_BOTTOM, CHART_TOP};
     struct spot spots[SWEEP_QUALITIES_MAX];
     char names[256];
     double floor_of_all = INFINITY;
     for (size_t s = 0; s < sweep->series_count; s++) {
         order_spots(&sweep->series[s], spots);
         for (size_t i = 0; i < sweep->series[s].point_count; i++) {
-            include(&x, spots[i].x);
+            axis_include(&x, spots[i].x);
             if (spots[i].point)
-                include(&y, spots[i].y);
+                axis_include(&y, spots[i].y);
         }
         if (isfinite(sweep->series[s].fit.floor))
             floor_of_all = fmin(floor_of_all, sweep->series[s].fit.floor);
     }
-    widen(&x);
-    widen(&y);
+    axis_widen(&x);
+    axis_widen(&y);
     begin_chart(out, &x, &y, "Discretisation error against quality", "discretisation error, RMSE");
     draw_qualities(out, &x, sweep);
     if (isfinite(floor_of_all) && log10(floor_of_all) > y.low) {
-        double at = place(&y, floor_of_all);
+        double at = axis_place(&y, floor_of_all);
         fprintf(out, "<rect class=\"noise\" x=\"%d\" y=\"%.1f\" width=\"%d\" height=\"%.1f\">",
-                LEFT, at, RIGHT - LEFT, BOTTOM - at);
+                CHART_LEFT, at, CHART_RIGHT - CHART_LEFT, CHART_BOTTOM - at);
         fputs("<title>below the noise floor</title></rect>\n", out);
     }
     for (size_t s = 0; s < sweep->series_count; s++)

@@ -58,6 +58,7 @@ static const char *const columns[] = {
     "model",
     "order",
     "order_standard_error",
+    "order_finest",
     "order_points",
     "front",
     "work_tetrahedra",
@@ -94,6 +95,7 @@ static void put_figures(FILE *out, const struct sweep *sweep, const struct sweep
     put_number(out, series->model.rmse);
     put_number(out, series->fit.order);
     put_number(out, series->fit.standard_error);
+    put_number(out, series->fit.finest_order);
     put_count(out, series->fit.points);
     put_count(out, point->front);
     put_count(out, point->work.tetrahedra);

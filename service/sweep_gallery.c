@@ -111,7 +111,8 @@ bool sweep_gallery(FILE *out, const struct sweep *sweep) {
         const struct sweep_series *series = &sweep->series[s];
         if (*series->refused)
             continue;
-        fprintf(out, "<h3>%s</h3>\n<div class=\"gallery\">\n", series->row->name);
+        fprintf(out, "<h3>%s</h3>\n<div class=\"gallery%s\">\n", series->row->name,
+                sweep->pixels ? " few-views" : "");
         for (size_t i = 0; i < series->point_count && good; i++)
             if (series->points[i].pixels)
                 good = gallery_point(out, sweep, series, &series->points[i]);

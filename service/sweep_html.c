@@ -88,6 +88,18 @@ static void bars(FILE *out, const struct sweep *sweep) {
           out);
 }
 
+/* An RMSE, of a sample with its standard error: "(5.78 ± 0.09)e-2". */
+static void measured(FILE *out, const struct error_figures *figures, bool sampled) {
+    if (!sampled || !(figures->rmse > 0)) {
+        sweep_figure(out, figures->rmse);
+        return;
+    }
+    int exponent = (int)floor(log10(figures->rmse));
+    double unit = pow(10, exponent);
+    fprintf(out, "(%.2f &plusmn; %.2f)e%d", figures->rmse / unit,
+            figures->rmse_standard_error / unit, exponent);
+}
+
 static void legend(FILE *out, const struct sweep *sweep) {
     for (size_t s = 0; s < sweep->series_count; s++) {
         const struct sweep_series *series = &sweep->series[s];
@@ -101,18 +113,17 @@ static void legend(FILE *out, const struct sweep *sweep) {
             fprintf(out, "; order of convergence <b>%.2f", series->fit.order);
             if (isfinite(series->fit.standard_error))
                 fprintf(out, " &plusmn; %.2f", series->fit.standard_error);
-            fprintf(out, "</b> (%zu points)", series->fit.points);
+            fprintf(out, "</b> (%zu points", series->fit.points);
+            if (series->fit.points > 2)
+                fprintf(out, "; %.2f by the finest two", series->fit.finest_order);
+            fputs(")", out);
         } else {
             fprintf(out, "; no order of convergence (%zu points above the noise floor)",
                     series->fit.points);
         }
         if (series->limit_quality) {
             fputs("; model error <b>", out);
-            sweep_figure(out, series->model.rmse);
-            if (sweep->pixels) {
-                fputs(" &plusmn; ", out);
-                sweep_figure(out, series->model.rmse_standard_error);
-            }
+            measured(out, &series->model, sweep->pixels != NULL);
             fprintf(out, "</b> (limit: %s %d)", series->row->quality, series->limit_quality);
         }
         fputs("</li>\n", out);
@@ -149,11 +160,7 @@ static void row_figures(FILE *out, const struct sweep *sweep, const struct sweep
     fputs("<td>", out);
     sweep_time(out, point->cold_ms);
     fprintf(out, "%s</td><td>", point->cold ? " cold" : "");
-    sweep_figure(out, error->touched.rmse);
-    if (sweep->pixels) {
-        fputs(" &plusmn; ", out);
-        sweep_figure(out, error->touched.rmse_standard_error);
-    }
+    measured(out, &error->touched, sweep->pixels != NULL);
     fputs("</td>", out);
     cell(out, error->touched.p99);
     cell(out, error->touched.max_abs);

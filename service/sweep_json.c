@@ -118,6 +118,7 @@ static void write_series(struct json_out *out, const struct sweep_series *series
     open(out, "order", '{');
     number(out, "value", series->fit.order);
     number(out, "standard_error", series->fit.standard_error);
+    number(out, "finest", series->fit.finest_order);
     integer(out, "points", series->fit.points);
     number(out, "floor", series->fit.floor);
     json_out_close(out, '}');

@@ -47,7 +47,10 @@ static void print_fit(FILE *out, const struct sweep_series *series) {
         fprintf(out, "no order of convergence");
     if (isfinite(series->fit.standard_error))
         fprintf(out, " +- %.2f", series->fit.standard_error);
-    fprintf(out, " (%zu points)", series->fit.points);
+    fprintf(out, " (%zu points", series->fit.points);
+    if (series->fit.points > 2)
+        fprintf(out, "; %.2f by the finest two", series->fit.finest_order);
+    fputs(")", out);
     if (series->limit_quality)
         fprintf(out, ", model error %.2e (limit: %s %d)\n", series->model.rmse,
                 series->row->quality, series->limit_quality);

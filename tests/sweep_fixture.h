@@ -68,12 +68,15 @@ static inline void sweep_fixture_make(struct sweep_fixture *fixture, bool sample
     report_warn(&sweep->report, "shells-may-overlap", "/objects/<0>", 2, 0, "bounds \"overlap\"");
     const struct error_figures unknown = {0, NAN, NAN, NAN, NAN};
     for (int s = 0; s < 2; s++) {
-        fixture->series[s] = (struct sweep_series){
-            .row = &sweep_rows[s],
-            .point_count = 3,
-            .points = fixture->points[s],
-            .model = unknown,
-            .fit = {.order = NAN, .constant = NAN, .standard_error = NAN, .floor = NAN}};
+        fixture->series[s] = (struct sweep_series){.row = &sweep_rows[s],
+                                                   .point_count = 3,
+                                                   .points = fixture->points[s],
+                                                   .model = unknown,
+                                                   .fit = {.order = NAN,
+                                                           .constant = NAN,
+                                                           .standard_error = NAN,
+                                                           .finest_order = NAN,
+                                                           .floor = NAN}};
         for (int i = 0; i < 3; i++) {
             struct sweep_point *point = &fixture->points[s][i];
             point->quality = 4 << i;
@@ -97,7 +100,7 @@ static inline void sweep_fixture_make(struct sweep_fixture *fixture, bool sample
     snprintf(fixture->points[0][2].refused, SWEEP_REASON_BYTES, "/image: too much, \"really\"");
     fixture->series[0].limit_quality = 32;
     fixture->series[0].model = (struct error_figures){20, 0.003, 0.0001, 0.02, 0.01};
-    fixture->series[0].fit = (struct sweep_fit){1.75, 0.2, 0.11, 1e-6, 2};
+    fixture->series[0].fit = (struct sweep_fit){1.75, 0.2, 0.11, 1.9, 1e-6, 3};
     snprintf(fixture->series[1].refused, SWEEP_REASON_BYTES,
              "/objects/0/quality/order: cannot walk: <several>, & more");
 }

@@ -37,6 +37,7 @@ static void fit_finds_the_power(void **state) {
         assert_float_equal(fit.order, order, 3e-5);
         assert_float_equal(fit.constant / 3, 1, 1e-4);
         assert_true(fit.standard_error < 1e-5);
+        assert_float_equal(fit.finest_order, order, 1e-4);
     }
 }
 
@@ -68,8 +69,10 @@ static void fit_leaves_out(void **state) {
     sweep_fit(ladder, error, LADDER, 1e9, 0.97e-3, &fit);
     assert_int_equal(fit.points, 6);
     assert_true(fit.order < 1.9);
+    assert_float_equal(fit.finest_order, 0, 0); /* of the plateau */
     sweep_fit(ladder, error, LADDER, 1e9, 1e-3, &fit);
     assert_int_equal(fit.points, 3); /* 32^-2 is 0.98e-3 */
+    assert_float_equal(fit.finest_order, 2, 1e-9);
     assert_float_equal(fit.order, 2, 1e-9);
     /* What is more than half the limit, no number, zero. */
     for (int i = 0; i < LADDER; i++)
@@ -83,7 +86,8 @@ static void fit_leaves_out(void **state) {
     assert_int_equal(fit.points, 1);
     assert_true(isnan(fit.order));
     sweep_fit(ladder, error, 0, 100, 0, &fit);
-    assert_true(fit.points == 0 && isnan(fit.order) && isnan(fit.constant));
+    assert_true(fit.points == 0 && isnan(fit.order) && isnan(fit.finest_order) &&
+                isnan(fit.constant));
 }
 
 /* An error that grows has an order below zero, and nothing runs away. */

@@ -134,7 +134,9 @@ static void page_is_self_contained(void **state) {
         /* The reference, and three views of each point; else the pictures alone. */
         assert_int_equal(count_of(page, "<img "), sampled ? 2 : 7);
         assert_int_equal(count_of(page, " src="), count_of(page, "src=\"data:image/png;base64,"));
-        assert_non_null(strstr(page, "order of convergence <b>1.75 &plusmn; 0.11</b> (2 points)"));
+        assert_non_null(strstr(
+            page,
+            "order of convergence <b>1.75 &plusmn; 0.11</b> (3 points; 1.90 by the finest two)"));
         assert_non_null(strstr(page, "not drawn: /objects/0/quality/order: cannot walk: "
                                      "&#60;several&#62;, &#38; more"));
         assert_true((strstr(page, "one at random in each") != NULL) == sampled);
