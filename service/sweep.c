@@ -383,15 +383,16 @@ static enum status tell(const char *scene_name, const struct options *options,
     return STATUS_OK;
 }
 
-static enum status run(const char *path, struct options *options, struct error *err) {
+static enum status run(const char *path, const struct options *options, struct error *err) {
     struct cli_scene scene;
     struct file_assets files = {0};
     struct renderer *renderer = NULL;
     struct sweep *sweep = NULL;
+    struct sweep_options asked = options->sweep;
     struct progress progress = {.began_ms = clock_now_ms(), .terminal = isatty(STDERR_FILENO) != 0};
     if (!options->quiet && (options->verbose || progress.terminal)) {
-        options->sweep.progress = show_progress;
-        options->sweep.user = &progress;
+        asked.progress = show_progress;
+        asked.user = &progress;
     }
     enum status status = cli_scene_read(path, &scene, err);
     if (status != STATUS_OK)
@@ -401,7 +402,7 @@ static enum status run(const char *path, struct options *options, struct error *
     if (status == STATUS_OK)
         status = renderer_create(&options->gl, &renderer, err);
     if (status == STATUS_OK)
-        status = sweep_run(renderer, &scene.scene, &assets, &options->sweep, &sweep, err);
+        status = sweep_run(renderer, &scene.scene, &assets, &asked, &sweep, err);
     end_progress(&progress);
     const char *slash = strrchr(path, '/');
     if (status == STATUS_OK)

@@ -10,20 +10,26 @@
 #include "service/sweep_page.h"
 #include "service/sweep_write.h"
 
+/* One character of ASCII. */
+static void escape_ascii(FILE *out, char c) {
+    if ((c >= 0 && c < 0x20 && c != '\n' && c != '\t') || c == 0x7f)
+        fputs("\xEF\xBF\xBD", out);
+    else if (c && strchr("&<>\"'", c))
+        fprintf(out, "&#%d;", c);
+    else
+        fputc(c, out);
+}
+
 void sweep_escape(FILE *out, const char *text) {
-    size_t left = strlen(text);
-    while (left) {
-        size_t length = json_utf8_length(text, left);
-        unsigned char c = (unsigned char)*text;
-        if (length == 0 || (c < 0x20 && c != '\n' && c != '\t') || c == 0x7f)
+    for (const char *end = text + strlen(text); text < end;) {
+        size_t length = json_utf8_length(text, (size_t)(end - text));
+        if (length == 0)
             fputs("\xEF\xBF\xBD", out);
-        else if (strchr("&<>\"'", c))
-            fprintf(out, "&#%d;", c);
+        else if (length == 1)
+            escape_ascii(out, *text);
         else
             fwrite(text, 1, length, out);
-        length += length == 0;
-        text += length;
-        left -= length;
+        text += length ? length : 1;
     }
 }
 
@@ -265,12 +271,12 @@ static void scene(FILE *out, const struct sweep *sweep) {
     int depth = 0;
     bool in_string = false, flat = false;
     for (const char *at = sweep->scene; *at; at++) {
-        char text[2] = {*at, 0};
+        char c = *at;
         if (in_string) {
             in_string = *at != '"';
             if (*at == '\\' && at[1]) {
-                sweep_escape(out, text);
-                text[0] = *++at;
+                escape_ascii(out, c);
+                c = *++at;
             }
         } else if (*at == '"') {
             in_string = true;
@@ -290,10 +296,10 @@ static void scene(FILE *out, const struct sweep *sweep) {
         if (closes)
             fprintf(out, "\n%*s", 2 * --depth, "");
         /* Bytes of a longer character pass as they are: the text is UTF-8 throughout. */
-        if ((unsigned char)text[0] >= 0x80)
-            fputc(text[0], out);
+        if ((unsigned char)c >= 0x80)
+            fputc(c, out);
         else
-            sweep_escape(out, text);
+            escape_ascii(out, c);
         if (!in_string && *at == ']')
             flat = false;
         if (opens)

@@ -145,10 +145,34 @@ static void test_flip_of_a_point(void **state) {
     }
 }
 
+/* A list of pixels: the same figures but for FLIP. Half of them off by d in every channel: the mean
+ * square is d^2/2 with a variance of d^4/4 a pixel, so the RMSE's standard error is
+ * d^2/2 / sqrt(n) / (2 d/sqrt(2)) = d / sqrt(8 n). */
+static void test_some_pixels(void **state) {
+    (void)state;
+    float a[4 * N], b[4 * N];
+    struct error_metrics all, some;
+    fill(a, 0.5f, 0.5f, 0.5f, 0.5f);
+    fill(b, 0.5f, 0.5f, 0.5f, 0.5f);
+    for (int p = 0; p < N; p += 2)
+        for (int i = 0; i < 4; i++)
+            a[4 * p + i] += 0.25f;
+    assert_int_equal(error_compare(a, b, W, H, NULL, nothing, NULL, &all, NULL), STATUS_OK);
+    assert_int_equal(error_compare_pixels(a, b, N, NULL, nothing, &some, NULL), STATUS_OK);
+    assert_true(isnan(some.flip) && all.flip > 0);
+    some.flip = all.flip;
+    assert_memory_equal(&some, &all, sizeof some);
+    assert_float_equal(some.touched.rmse, 0.25 / sqrt(2), 1e-9);
+    assert_float_equal(some.touched.rmse_standard_error, 0.25 / sqrt(8.0 * N), 1e-9);
+    assert_int_equal(error_compare_pixels(a, b, 0, NULL, nothing, &some, NULL), STATUS_OK);
+    assert_true(some.whole.pixels == 0 && some.whole.rmse == 0 && isinf(some.psnr_db));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_equal),
         cmocka_unit_test(test_figures),
+        cmocka_unit_test(test_some_pixels),
         cmocka_unit_test(test_coverage_and_numbers),
         cmocka_unit_test(test_flip_of_constants),
         cmocka_unit_test(test_flip_over_grey),

@@ -129,10 +129,10 @@ static int compare_pixels(const void *a, const void *b) {
 /* Whatever the sizes: as many as asked for, inside, no pixel twice, the same each time. */
 static void strata_are_distinct(void **state) {
     (void)state;
-    static const int sizes[][3] = {{1, 1, 1},       {7, 1, 3},        {1, 9, 9},
-                                   {64, 48, 1},     {64, 48, 2},      {64, 48, 3071},
-                                   {64, 48, 3072},  {300, 3, 500},    {3, 300, 500},
-                                   {8192, 2, 4096}, {512, 512, 4096}, {37, 53, 1000}};
+    static const int sizes[][3] = {{1, 1, 1},     {7, 1, 3},       {1, 9, 9},        {64, 48, 1},
+                                   {64, 48, 2},   {64, 48, 3071},  {64, 48, 3072},   {300, 3, 500},
+                                   {3, 300, 500}, {8192, 2, 4096}, {512, 512, 4096}, {37, 53, 1000},
+                                   {100, 10, 901}};
     for (size_t n = 0; n < sizeof sizes / sizeof *sizes; n++) {
         size_t count = (size_t)sizes[n][2];
         uint32_t *pixels = malloc(count * sizeof *pixels), *again = malloc(count * sizeof *again);

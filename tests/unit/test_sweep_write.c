@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "service/sweep_axis.h"
 #include "service/sweep_page.h"
 #include "service/sweep_picture.h"
 #include "service/sweep_write.h"
@@ -158,6 +159,7 @@ static void charts_survive_extremes(void **state) {
             fixture.points[0][n].discretisation.rmse = extremes[i][n];
         }
         fixture.series[0].model.rmse = extremes[i][0];
+        fixture.series[0].limit_quality = 8; /* the fitted power ends there */
         char *text = NULL;
         size_t bytes = 0;
         FILE *out = open_memstream(&text, &bytes);
@@ -171,6 +173,25 @@ static void charts_survive_extremes(void **state) {
         assert_true(count_of(text, "<text") < 60);
         free(text);
     }
+}
+
+/* A label that would touch the one before it is left out; none leaves the chart. */
+static void labels_do_not_touch(void **state) {
+    (void)state;
+    char *text = NULL;
+    size_t bytes = 0;
+    double taken = 0;
+    FILE *out = open_memstream(&text, &bytes);
+    assert_non_null(out);
+    axis_label_x(out, 100, "A", &taken);
+    axis_label_x(out, 110, "B", &taken);
+    axis_label_x(out, 200, "C", &taken);
+    axis_label_x(out, CHART_WIDTH, "10000", &taken);
+    assert_int_equal(fclose(out), 0);
+    assert_int_equal(count_of(text, "<text"), 3);
+    assert_null(strstr(text, ">B<"));
+    assert_true(taken <= CHART_WIDTH);
+    free(text);
 }
 
 static void colours_follow_the_scale(void **state) {
@@ -234,7 +255,8 @@ int main(void) {
         cmocka_unit_test(csv_fields_are_quoted),     cmocka_unit_test(html_is_escaped),
         cmocka_unit_test(figures_have_three_digits), cmocka_unit_test(csv_is_rectangular),
         cmocka_unit_test(page_is_self_contained),    cmocka_unit_test(charts_survive_extremes),
-        cmocka_unit_test(colours_follow_the_scale),  cmocka_unit_test(pictures_are_reduced),
+        cmocka_unit_test(labels_do_not_touch),       cmocka_unit_test(colours_follow_the_scale),
+        cmocka_unit_test(pictures_are_reduced),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
