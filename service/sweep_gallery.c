@@ -70,16 +70,16 @@ static bool gallery_point(FILE *out, const struct sweep *sweep, const struct swe
         snprintf(text, sizeof text, "FLIP of %s %d", series->row->name, point->quality);
         good = good && embed(out, sweep, point, SWEEP_VIEW_FLIP, text);
     }
-    fprintf(out, "</div><figcaption><b>%s, %s %d</b>: RMSE ", series->row->name,
+    fprintf(out, "</div><figcaption><b>%s, %s %d</b>: <span>RMSE ", series->row->name,
             series->row->quality, point->quality);
     sweep_figure(out, point->error.touched.rmse);
     if (!sweep->pixels) {
-        fputs(", FLIP ", out);
+        fputs("</span>, <span>FLIP ", out);
         sweep_figure(out, point->error.flip);
     }
-    fputs(", ", out);
+    fputs("</span>, <span>", out);
     sweep_time(out, point->total_ms.median);
-    fputs(" ms</figcaption></figure>\n", out);
+    fputs(" ms</span></figcaption></figure>\n", out);
     return good;
 }
 
