@@ -1,8 +1,8 @@
 /* Memory runs out at every place where Pelt itself takes some while a picture is drawn, measured
- * and aimed at a target: the answer is a clean status, nothing stays allocated, and the next
- * picture is the same as before. Allocations of the GL driver and of libraries do not fail here:
- * only those whose caller lies in this program. Skipped under sanitizers, which bring their own
- * allocator. */
+ * and aimed at a target, or a scene is swept: the answer is a clean status, nothing stays
+ * allocated, and the next picture is the same as before. Allocations of the GL driver and of
+ * libraries do not fail here: only those whose caller lies in this program. Skipped under
+ * sanitizers, which bring their own allocator. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -12,6 +12,8 @@
 
 #include <cmocka.h>
 
+#include "renderer/sweep.h"
+#include "service/sweep_write.h"
 #include "tests/support.h"
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -186,6 +188,55 @@ static void targets_survive(void **state) {
     torture(SCENE(SHELL("clouds", ""), ", \"target\": {\"deadline_ms\": 1}"));
 }
 
+/* A sweep, and what is written of it. */
+static bool sweep_once(const struct scene *scene, long n) {
+    static const char *const series[] = {"tetra-walk"};
+    static const int qualities[] = {2, 4};
+    struct sweep_options options = {.series = series,
+                                    .series_count = 1,
+                                    .qualities = qualities,
+                                    .quality_count = 2,
+                                    .repeats = 1,
+                                    .threads = 1};
+    struct asset_source source = {.open = support_no_asset};
+    struct sweep *sweep;
+    struct error err = {0};
+    fail_at = n;
+    enum status status = sweep_run(renderer, scene, &source, &options, &sweep, &err);
+    if ((status != STATUS_OK && status != STATUS_OUT_OF_MEMORY) ||
+        (status == STATUS_OK) != (sweep != NULL))
+        fail_msg("allocation %ld: %s", n, status_slug(status));
+    if (sweep) {
+        free(sweep_json(sweep));
+        free(sweep_csv(sweep));
+        free(sweep_html(sweep, "name"));
+    }
+    bool done = fail_at >= 0 || n < 0;
+    fail_at = -1;
+    sweep_destroy(sweep);
+    error_clear(&err);
+    return done;
+}
+
+static void sweeps_survive(void **state) {
+    (void)state;
+    static const char json[] = SCENE(SHELL("clouds", ""), "");
+    struct arena arena = {0};
+    struct scene scene;
+    assert_int_equal(scene_read(json, strlen(json), &arena, &scene, NULL), STATUS_OK);
+    sweep_once(&scene, -1);
+    sweep_once(&scene, -1);
+    long n = 0, kept = live;
+    for (bool done = false; !done; n++) {
+        done = sweep_once(&scene, n);
+        if (live > kept)
+            fail_msg("allocation %ld: %ld left", n, live - kept);
+    }
+    print_message("%ld allocations\n", n - 1);
+    assert_true(n > 100);
+    arena_free(&arena);
+}
+
 int main(void) {
     if (!INTERPOSED) {
         puts("a sanitizer brings its own allocator");
@@ -195,6 +246,7 @@ int main(void) {
         cmocka_unit_test(pictures_survive),
         cmocka_unit_test(errors_survive),
         cmocka_unit_test(targets_survive),
+        cmocka_unit_test(sweeps_survive),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);
 }
