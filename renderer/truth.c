@@ -105,6 +105,10 @@ enum status truth_draw_pixels(const struct truth_source *source,
     return status;
 }
 
+enum status truth_check(const struct scene *scene, struct error *err) {
+    return reference_check(scene, err);
+}
+
 enum status truth_render(const struct scene *scene, const struct asset_source *assets,
                          const struct reference_request *request, struct truth *truth,
                          struct error *err) {

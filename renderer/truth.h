@@ -19,6 +19,9 @@ struct truth {
     uint64_t unresolved;        /* of struct reference_result */
 };
 
+/* What of a scene has no true picture yet, each with its pointer: STATUS_NOT_IMPLEMENTED. */
+enum status truth_check(const struct scene *scene, struct error *err);
+
 /* One scene made ready, for drawing pixels of it more than once. */
 struct truth_source;
 

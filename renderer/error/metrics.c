@@ -53,6 +53,20 @@ static int finite_pixel(const float *pixel) {
     return isfinite(pixel[0]) && isfinite(pixel[1]) && isfinite(pixel[2]) && isfinite(pixel[3]);
 }
 
+static double channel_difference(float a, float b, int finite) {
+    return finite ? (double)a - (double)b : 1;
+}
+
+void error_map(const float *test, const float *reference, int width, int height, float *map) {
+    size_t count = (size_t)width * (size_t)height;
+    for (size_t p = 0; p < count; p++) {
+        const float *a = test + 4 * p, *b = reference + 4 * p;
+        int finite = finite_pixel(a) && finite_pixel(b);
+        for (int i = 0; i < 4; i++)
+            map[4 * p + (size_t)i] = (float)fabs(channel_difference(a[i], b[i], finite));
+    }
+}
+
 enum status error_compare_pixels(const float *test, const float *reference, size_t count,
                                  const uint8_t *touched, const double background[4],
                                  struct error_metrics *metrics, struct error *err) {
@@ -67,7 +81,7 @@ enum status error_compare_pixels(const float *test, const float *reference, size
         int finite = finite_pixel(a) && finite_pixel(b);
         metrics->not_finite += !finite;
         for (int i = 0; i < 4; i++)
-            difference[i] = finite ? (double)a[i] - (double)b[i] : 1;
+            difference[i] = channel_difference(a[i], b[i], finite);
         bool drawn[2] = {error_drawn_on(a, background), error_drawn_on(b, background)};
         metrics->coverage += drawn[0] != drawn[1];
         tally_pixel(&whole, difference);

@@ -49,4 +49,8 @@ enum status error_compare_pixels(const float *test, const float *reference, size
  * linear RGBA, as in the scene) by more than 1/512, half a code of 8 bits, or is no number. */
 bool error_drawn_on(const float pixel[4], const double background[4]);
 
+/* The absolute difference of each channel of each pixel (width * height * 4); 1 in every channel of
+ * a pixel that is no number in either picture. */
+void error_map(const float *test, const float *reference, int width, int height, float *map);
+
 #endif

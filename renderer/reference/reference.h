@@ -28,6 +28,10 @@ struct reference_sources {
 
 struct reference;
 
+/* What of a scene the reference does not draw, each with its pointer: STATUS_NOT_IMPLEMENTED. Looks
+ * at the scene alone; reference_create() asks this first. */
+enum status reference_check(const struct scene *scene, struct error *err);
+
 /* Acquires and prepares everything that `scene` names; the scene must outlive the reference. The
  * objects' `path` and `quality` are without effect. STATUS_NOT_IMPLEMENTED for skeletons and
  * shadows, with pointers; whatever mesh_acquire() and volume_acquire() return;

@@ -5,6 +5,7 @@
  * have lost. */
 #include "renderer/reference/world.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -138,11 +139,7 @@ static enum status make_geometry(struct world_object *object, struct error *err)
 static enum status acquire(const struct scene_object *spec, struct world_object *object,
                            const struct reference_sources *sources, struct error *err) {
     char pointer[64];
-    if (spec->kind == SCENE_OBJECT_SKELETON) {
-        snprintf(pointer, sizeof pointer, "%s/skeleton", object->pointer);
-        return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
-                           "the reference does not draw skeletons");
-    }
+    assert(spec->kind != SCENE_OBJECT_SKELETON); /* reference_check() has refused it */
     bool shell = spec->kind == SCENE_OBJECT_SHELL;
     bool own_color = shell ? spec->shell.base.has_color : spec->mesh.has_color;
     object->opaque = !shell || spec->shell.has_base;
@@ -207,13 +204,9 @@ enum status world_init(const struct scene *scene, const struct reference_sources
         world->bounds_min[i] = INFINITY;
         world->bounds_max[i] = -INFINITY;
     }
-    for (size_t k = 0; k < scene->light_count; k++) {
-        char pointer[48];
-        snprintf(pointer, sizeof pointer, "/lights/%zu/shadow", k);
-        if (scene->lights[k].shadow)
-            return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
-                               "the reference does not draw shadows");
-    }
+    enum status drawable = reference_check(scene, err);
+    if (drawable != STATUS_OK)
+        return drawable;
     world->objects = calloc(scene->object_count + 1, sizeof *world->objects);
     if (!world->objects)
         return error_fault(err, STATUS_OUT_OF_MEMORY, "/objects", "no memory for the objects");
