@@ -237,6 +237,23 @@ enum status encode_image(enum encode_format format, const float *rgba, int width
                                 : encode_png(rgba, width, height, data, bytes, err);
 }
 
+enum status encode_map(enum encode_format format, const float *map, int width, int height,
+                       unsigned char **data, size_t *bytes, struct error *err) {
+    size_t count = (size_t)width * (size_t)height;
+    float *pixels = malloc((count + 1) * 4 * sizeof *pixels);
+    *data = NULL;
+    *bytes = 0;
+    if (!pixels)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a map");
+    for (size_t p = 0; p < count; p++) {
+        pixels[4 * p] = pixels[4 * p + 1] = pixels[4 * p + 2] = map[p];
+        pixels[4 * p + 3] = 1;
+    }
+    enum status status = encode_image(format, pixels, width, height, data, bytes, err);
+    free(pixels);
+    return status;
+}
+
 double encode_expected_ms(enum encode_format format, int width, int height) {
     double pixels = (double)width * height;
     if (format == ENCODE_PNG)

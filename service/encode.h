@@ -29,9 +29,13 @@ enum status encode_exr(const float *rgba, int width, int height, unsigned char *
 enum status encode_image(enum encode_format format, const float *rgba, int width, int height,
                          unsigned char **data, size_t *bytes, struct error *err);
 
-/* About how long that takes, for those who have a deadline: from the slowest pictures that were
- * measured, noise in every pixel, on two slow cores; with what opening the EXR module costs, where
- * it is not open. */
+/* A map of width * height values as a grey, opaque picture; as above. */
+enum status encode_map(enum encode_format format, const float *map, int width, int height,
+                       unsigned char **data, size_t *bytes, struct error *err);
+
+/* About how long encode_image() takes, for those who have a deadline: from the slowest pictures
+ * that were measured, noise in every pixel, on two slow cores; with what opening the EXR module
+ * costs, where it is not open. */
 double encode_expected_ms(enum encode_format format, int width, int height);
 
 /* RFC 4648 base64 with padding and without line breaks; malloc'ed (caller frees), terminated.

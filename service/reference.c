@@ -208,16 +208,14 @@ static enum status write_picture(const char *path, const float *pixels, const st
 
 static enum status write_map(const char *path, const float *map, const struct truth *truth,
                              struct error *err) {
-    size_t count = (size_t)truth->width * (size_t)truth->height;
-    float *pixels = malloc((count + 1) * 4 * sizeof *pixels);
-    if (!pixels)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a map");
-    for (size_t p = 0; p < count; p++) {
-        pixels[4 * p] = pixels[4 * p + 1] = pixels[4 * p + 2] = map[p];
-        pixels[4 * p + 3] = 1;
-    }
-    enum status status = write_picture(path, pixels, truth, err);
-    free(pixels);
+    enum encode_format format;
+    unsigned char *data = NULL;
+    size_t bytes = 0;
+    format_of(path, &format);
+    enum status status = encode_map(format, map, truth->width, truth->height, &data, &bytes, err);
+    if (status == STATUS_OK)
+        status = files_write(path, data, bytes, err);
+    free(data);
     return status;
 }
 

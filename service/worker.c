@@ -12,34 +12,21 @@
  *
  * Left out on purpose: PR_SET_MDWE (it makes llvmpipe segfault), retries, deadlines and cancelling:
  * the front ends a worker that is not wanted any more. */
-#include <errno.h>
-#include <fcntl.h>
-#include <signal.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include "api/scene.h"
 #include "renderer/render.h"
+#include "service/child.h"
 #include "service/encode.h"
 #include "service/ipc.h"
 #include "service/memfd.h"
 #include "service/monotonic.h"
 #include "service/worker.h"
 #include "service/worker_reply.h"
-
-/* An address space of 3 GB turns what would eat the machine into GL_OUT_OF_MEMORY (measured: clean
- * with llvmpipe). A sanitizer reserves terabytes for its shadow, so there the cap is left out. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define ADDRESS_SPACE_CAPPED 0
-#else
-#define ADDRESS_SPACE_CAPPED 1
-#endif
-static const rlim_t address_space_bytes = (rlim_t)3 << 30;
 
 /* Small scenes, one for each kind of material, so that the shader variants that most scenes need
  * are compiled before the first client waits for them. The first one is the canary of /readyz. */
@@ -58,48 +45,10 @@ static const char *const canaries[] = {
 struct worker_process {
     int socket;
     struct renderer *renderer;
-    bool leaving; /* the front has closed the socket, or is gone */
-    bool fault;   /* a message that cannot be: leave with a fault */
-    size_t asset_count;
-    struct held_asset {
-        char name[JOB_ASSET_NAME_MAX];
-        unsigned char sha256[DIGEST_BYTES];
-        int fd;
-        size_t bytes;
-    } assets[JOB_ASSETS_MAX]; /* of the next job */
+    bool leaving;               /* the front has closed the socket, or is gone */
+    bool fault;                 /* a message that cannot be: leave with a fault */
+    struct child_assets assets; /* of the next job */
 };
-
-/* ---- assets, for the renderer ---- */
-
-static enum status asset_open(void *user, const char *name, const char *pointer,
-                              struct asset_bytes *bytes, struct error *err) {
-    struct worker_process *worker = user;
-    for (size_t i = 0; i < worker->asset_count; i++) {
-        struct held_asset *asset = &worker->assets[i];
-        if (strcmp(asset->name, name) != 0)
-            continue;
-        const void *data;
-        enum status status = memfd_map(asset->fd, asset->bytes, &data, err);
-        if (status != STATUS_OK)
-            return status;
-        *bytes = (struct asset_bytes){.data = data, .size = asset->bytes};
-        memcpy(bytes->sha256, asset->sha256, sizeof bytes->sha256);
-        return STATUS_OK;
-    }
-    return error_fault(err, STATUS_ASSET_NOT_FOUND, pointer, "there is no asset named \"%s\"",
-                       name);
-}
-
-static void asset_close(void *user, struct asset_bytes *bytes) {
-    (void)user;
-    memfd_unmap(bytes->data, bytes->size);
-}
-
-static void assets_drop(struct worker_process *worker) {
-    for (size_t i = 0; i < worker->asset_count; i++)
-        close(worker->assets[i].fd);
-    worker->asset_count = 0;
-}
 
 /* ---- a job ---- */
 
@@ -113,7 +62,7 @@ static enum status job_draw(struct worker_process *worker, const struct ipc_job 
     if (status == STATUS_OK)
         status = scene_check_implemented(&scene, err);
     double read_ms = monotonic_ms();
-    struct asset_source source = {asset_open, asset_close, worker};
+    struct asset_source source = child_assets_source(&worker->assets);
     struct render_result result = {0};
     bool plan = job->kind == JOB_PLAN;
     struct render_limits limits = {.began_ms = job->received_ms};
@@ -147,7 +96,7 @@ static enum status job_draw(struct worker_process *worker, const struct ipc_job 
 static enum status canary_draw(struct worker_process *worker, const char *json, struct error *err) {
     struct arena arena = {0};
     struct scene scene;
-    struct asset_source source = {asset_open, asset_close, worker};
+    struct asset_source source = child_assets_source(&worker->assets);
     struct render_result result;
     enum status status = scene_read(json, strlen(json), &arena, &scene, err);
     if (status == STATUS_OK)
@@ -162,21 +111,8 @@ static enum status canary_draw(struct worker_process *worker, const char *json, 
 
 static void job_answer(struct worker_process *worker, uint64_t id, enum status status,
                        struct ipc_done *done, int body_fd, struct error *err) {
-    if (status != STATUS_OK) {
-        size_t bytes = 0;
-        memset(done, 0, sizeof *done);
-        if (ipc_faults_write(err, &body_fd, &bytes) != STATUS_OK)
-            body_fd = -1;
-        done->body_bytes = bytes;
-        done->faults_left_out = (uint32_t)err->faults_left_out;
-    }
-    done->status = (int32_t)status;
-    struct ipc_message reply = {
-        .header = {.type = IPC_DONE, .job = id}, .body.done = *done, .fd = body_fd};
-    if (body_fd < 0 || ipc_send(worker->socket, &reply, 0) != 0)
+    if (!child_answer(worker->socket, id, status, done, body_fd, err))
         worker->leaving = worker->fault = true; /* the front sees the end of this process */
-    if (body_fd >= 0)
-        close(body_fd);
 }
 
 /* ---- messages ---- */
@@ -184,18 +120,8 @@ static void job_answer(struct worker_process *worker, uint64_t id, enum status s
 typedef void handler(struct worker_process *worker, struct ipc_message *message);
 
 static void handle_asset(struct worker_process *worker, struct ipc_message *message) {
-    struct ipc_asset *asset = &message->body.asset;
-    if (worker->asset_count == JOB_ASSETS_MAX || !memfd_is_sealed(message->fd, asset->bytes)) {
+    if (!child_assets_take(&worker->assets, message))
         worker->leaving = worker->fault = true;
-        return;
-    }
-    struct held_asset *held = &worker->assets[worker->asset_count++];
-    memcpy(held->name, asset->name, sizeof held->name);
-    held->name[sizeof held->name - 1] = 0;
-    memcpy(held->sha256, asset->sha256, sizeof held->sha256);
-    held->bytes = asset->bytes;
-    held->fd = message->fd;
-    message->fd = -1;
 }
 
 static void handle_job(struct worker_process *worker, struct ipc_message *message) {
@@ -206,7 +132,7 @@ static void handle_job(struct worker_process *worker, struct ipc_message *messag
     int body_fd = -1;
     enum status status = STATUS_OK;
     const void *json = NULL;
-    if (job->asset_count != worker->asset_count || job->scene_bytes > SCENE_BYTES_MAX ||
+    if (job->asset_count != worker->assets.count || job->scene_bytes > SCENE_BYTES_MAX ||
         !memfd_is_sealed(message->fd, job->scene_bytes)) {
         worker->leaving = worker->fault = true;
     } else if (job->kind == JOB_CANARY) {
@@ -224,7 +150,7 @@ static void handle_job(struct worker_process *worker, struct ipc_message *messag
         job_answer(worker, message->header.job, status, &done, body_fd, &err);
     }
     error_clear(&err);
-    assets_drop(worker);
+    child_assets_drop(&worker->assets);
 }
 
 static handler *const handlers[IPC_TYPE_COUNT] = {
@@ -246,37 +172,11 @@ static int serve(struct worker_process *worker) {
         if (message.fd >= 0)
             close(message.fd);
     }
-    assets_drop(worker);
+    child_assets_drop(&worker->assets);
     return worker->fault ? status_exit_code(STATUS_INTERNAL) : 0;
 }
 
 /* ---- start ---- */
-
-static void limit(int what, rlim_t value) {
-    struct rlimit now;
-    if (getrlimit(what, &now) == 0 && (now.rlim_max == RLIM_INFINITY || value <= now.rlim_max)) {
-        now.rlim_cur = now.rlim_max = value;
-        if (setrlimit(what, &now) != 0)
-            fprintf(stderr, "pelt worker: setrlimit: %s\n", strerror(errno));
-    }
-}
-
-/* SIGTERM and SIGINT reach the whole group (a terminal, systemd's KillMode): the front finishes
- * what is in flight and needs its workers for that, so they leave when their socket closes and no
- * sooner. */
-static int process_settle(long parent) {
-    signal(SIGTERM, SIG_IGN);
-    signal(SIGINT, SIG_IGN);
-    signal(SIGPIPE, SIG_IGN);
-    if (prctl(PR_SET_PDEATHSIG, SIGKILL) != 0)
-        return -1;
-    if (getppid() != parent)
-        return -1; /* it died before the line above */
-    limit(RLIMIT_CORE, 0);
-    if (ADDRESS_SPACE_CAPPED)
-        limit(RLIMIT_AS, address_space_bytes);
-    return 0;
-}
 
 static void say_failed(int socket, enum status status, const struct error *err) {
     struct ipc_message message = {.header = {.type = IPC_FAILED}, .fd = -1};
@@ -302,7 +202,7 @@ static enum status say_ready(struct worker_process *worker, struct error *err) {
     }
     struct arena arena = {0};
     struct scene scene;
-    struct asset_source source = {asset_open, asset_close, worker};
+    struct asset_source source = child_assets_source(&worker->assets);
     struct render_result result;
     enum status status = scene_read(canaries[0], strlen(canaries[0]), &arena, &scene, err);
     if (status == STATUS_OK)
@@ -331,22 +231,12 @@ static int usage(void) {
     return status_exit_code(STATUS_USAGE);
 }
 
-/* pelt worker PARENT auto|egl|osmesa DEVICE hardware|any */
 int worker_main(int argc, char **argv) {
-    static const char *const backends[] = {[RENDER_BACKEND_AUTO] = "auto",
-                                           [RENDER_BACKEND_EGL] = "egl",
-                                           [RENDER_BACKEND_OSMESA] = "osmesa"};
-    if (argc != 5 || fcntl(IPC_WORKER_FD, F_SETFD, FD_CLOEXEC) != 0)
+    struct renderer_options options;
+    long parent;
+    if (!child_arguments(argc, argv, &parent, &options))
         return usage();
-    struct renderer_options options = {.device = (int)strtol(argv[3], NULL, 10),
-                                       .require_hardware = strcmp(argv[4], "hardware") == 0};
-    size_t backend = 0;
-    while (backend < sizeof backends / sizeof *backends && strcmp(argv[2], backends[backend]) != 0)
-        backend++;
-    if (backend == sizeof backends / sizeof *backends)
-        return usage();
-    options.backend = (enum render_backend)backend;
-    if (process_settle(strtol(argv[1], NULL, 10)) != 0)
+    if (child_settle(parent) != 0)
         return status_exit_code(STATUS_INTERNAL);
 
     struct worker_process *worker = calloc(1, sizeof *worker);

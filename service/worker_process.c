@@ -1,10 +1,11 @@
-/* Spawns a worker: the same binary again (fork without exec is unsafe in a threaded process, and a
- * worker must not share the front's memory), with a socket, an environment of its own and default
- * signal handling.
+/* Spawns a worker, or the process of a task: the same binary again (fork without exec is unsafe in
+ * a threaded process, and a worker must not share the front's memory), with a socket, an
+ * environment of its own and default signal handling.
  *
  * The environment gets two variables unless the caller has set them:
  * - LP_NUM_THREADS: usable processors / workers, at least 1. Two workers of one llvmpipe thread
- *   each measured as fast on two cores as one worker of two.
+ *   each measured as fast on two cores as one worker of two. A task's process has those that the
+ *   workers leave, at least 1.
  * - MESA_SHADER_CACHE_DIR: a `pelt` folder of the user's cache, or the service's own under systemd.
  *   A first draw costs 235 ms without it, 9 ms with it (measured). */
 #include "service/worker_process.h"
@@ -46,7 +47,7 @@ static bool cache_dir(char path[PATH_BYTES]) {
     return n > 0 && n < PATH_BYTES;
 }
 
-static int environment_make(struct environment *environment, int workers) {
+static int environment_make(struct environment *environment, enum process_role role, int workers) {
     size_t count = 0;
     while (environ[count])
         count++;
@@ -62,6 +63,8 @@ static int environment_make(struct environment *environment, int workers) {
                               ? CPU_COUNT(&usable)
                               : sysconf(_SC_NPROCESSORS_ONLN);
         long threads = processors > workers ? processors / workers : 1;
+        if (role == PROCESS_JOB)
+            threads = processors > threads * workers ? processors - threads * workers : 1;
         snprintf(environment->threads, sizeof environment->threads, "LP_NUM_THREADS=%ld", threads);
         environment->list[count++] = environment->threads;
     }
@@ -74,8 +77,9 @@ static int environment_make(struct environment *environment, int workers) {
 
 /* 0 or an errno. The worker ties itself to this process and sets its own limits (worker.c): what
  * posix_spawn cannot do would need code between fork and exec. */
-static int spawn(const struct worker_command *command, int socket, char **environment, pid_t *pid) {
-    char device[16], parent[16], name[] = "pelt", word[] = "worker";
+static int spawn(const struct worker_command *command, enum process_role role, int socket,
+                 char **environment, pid_t *pid) {
+    char device[16], parent[16], name[] = "pelt", worker[] = "worker", job[] = "job";
     char backend_auto[] = "auto", backend_egl[] = "egl", backend_osmesa[] = "osmesa";
     char hardware_yes[] = "hardware", hardware_no[] = "any";
     char *const backends[] = {[RENDER_BACKEND_AUTO] = backend_auto,
@@ -83,7 +87,7 @@ static int spawn(const struct worker_command *command, int socket, char **enviro
                               [RENDER_BACKEND_OSMESA] = backend_osmesa};
     snprintf(device, sizeof device, "%d", command->renderer.device);
     snprintf(parent, sizeof parent, "%ld", (long)getpid());
-    char *const argv[] = {name,   word,
+    char *const argv[] = {name,   role == PROCESS_JOB ? job : worker,
                           parent, backends[command->renderer.backend],
                           device, command->renderer.require_hardware ? hardware_yes : hardware_no,
                           NULL};
@@ -122,22 +126,22 @@ static int spawn(const struct worker_command *command, int socket, char **enviro
     return error;
 }
 
-enum status worker_process_spawn(const struct worker_command *command, pid_t *pid, int *socket,
-                                 struct error *err) {
+enum status worker_process_spawn(const struct worker_command *command, enum process_role role,
+                                 pid_t *pid, int *socket, struct error *err) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0)
         return error_fault(err, STATUS_IO_ERROR, NULL, "socketpair: %s", strerror(errno));
     struct environment environment = {0};
-    int error = environment_make(&environment, command->workers) == 0 ? 0 : ENOMEM;
+    int error = environment_make(&environment, role, command->workers) == 0 ? 0 : ENOMEM;
     if (!error && fcntl(ends[0], F_SETFL, O_NONBLOCK) != 0)
         error = errno;
     if (!error)
-        error = spawn(command, ends[1], environment.list, pid);
+        error = spawn(command, role, ends[1], environment.list, pid);
     free(environment.list);
     close(ends[1]);
     if (error) {
         close(ends[0]);
-        return error_fault(err, STATUS_IO_ERROR, NULL, "starting a worker: %s", strerror(error));
+        return error_fault(err, STATUS_IO_ERROR, NULL, "starting a process: %s", strerror(error));
     }
     *socket = ends[0];
     return STATUS_OK;

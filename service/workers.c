@@ -89,7 +89,8 @@ static enum worker_state act_start(struct workers *workers, struct worker *worke
                                    struct occasion *occasion) {
     (void)occasion;
     struct error err = {0};
-    if (worker_process_spawn(&workers->command, &worker->pid, &worker->socket, &err) == STATUS_OK) {
+    if (worker_process_spawn(&workers->command, PROCESS_WORKER, &worker->pid, &worker->socket,
+                             &err) == STATUS_OK) {
         struct epoll_event watch = {.events = EPOLLIN,
                                     .data.u64 = workers->tag | (uint64_t)worker->index};
         worker->timer_ms = monotonic_ms() + START_LIMIT_MS;
