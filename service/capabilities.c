@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "api/scene.h"
+#include "service/job_kinds.h"
 #include "service/render_request.h"
 
 /* "ready", "planned" (in the contract, not drawn by this version) or NULL (not in the contract). */
@@ -69,6 +70,17 @@ static json_t *limits_of(const struct http_options *options, const struct superv
                      "timeout_ms", options->timeout_ms, "receive_timeout_ms", options->receive_ms);
 }
 
+/* Long work: its kinds, and where each is posted. */
+static json_t *jobs_of(const struct http_options *options, const struct jobs *jobs) {
+    json_t *kinds = json_array();
+    for (int i = 0; i < task_kind_count; i++)
+        json_array_append_new(kinds, json_pack("{s:s, s:s}", "name", task_kinds[i].name, "route",
+                                               task_kinds[i].route));
+    return json_pack("{s:o, s:i, s:I, s:f, s:f}", "kinds", kinds, "queue", jobs->limits.queue,
+                     "keep_bytes", (json_int_t)jobs->limits.keep_bytes, "keep_s",
+                     jobs->limits.keep_ms * 1e-3, "timeout_s", options->job_timeout_ms * 1e-3);
+}
+
 #define SHELL_OF(mesh) "{\"objects\":[{\"shell\":{\"mesh\":{\"shape\":" mesh
 #define MATERIAL_OF    "},\"material\":{"
 
@@ -117,7 +129,8 @@ static const struct subject {
       {"teapot", NULL}}},
 };
 
-char *capabilities_write(const struct http_options *options, const struct supervisor_view *view) {
+char *capabilities_write(const struct http_options *options, const struct supervisor_view *view,
+                         const struct jobs *jobs) {
     json_t *root = json_pack("{s:{s:s}, s:o, s:o}", "build", "version", PELT_VERSION, "renderer",
                              backend_of(view), "media_types", types());
     bool complete = root != NULL;
@@ -125,6 +138,7 @@ char *capabilities_write(const struct http_options *options, const struct superv
         complete = json_object_set_new(
                        root, subjects[i].member,
                        states(subjects[i].before, subjects[i].after, subjects[i].questions)) == 0;
+    complete = complete && json_object_set_new(root, "jobs", jobs_of(options, jobs)) == 0;
     complete = complete && json_object_set_new(root, "limits", limits_of(options, view)) == 0;
     char *text = complete ? json_dumps(root, JSON_COMPACT) : NULL;
     json_decref(root);

@@ -5,6 +5,7 @@
 #include "service/http.h"
 
 /* JSON, malloc'ed; NULL where memory ran out. Thread: any. */
-char *capabilities_write(const struct http_options *options, const struct supervisor_view *view);
+char *capabilities_write(const struct http_options *options, const struct supervisor_view *view,
+                         const struct jobs *jobs);
 
 #endif

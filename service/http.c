@@ -82,6 +82,12 @@ static enum MHD_Result join_header(void *user, enum MHD_ValueKind kind, const ch
     return MHD_YES;
 }
 
+int request_choose_type(struct request *request, const char *const *types, size_t count) {
+    struct joined accept = {.name = MHD_HTTP_HEADER_ACCEPT};
+    MHD_get_connection_values(request->mhd, MHD_HEADER_KIND, join_header, &accept);
+    return accept_choose(accept.text, types, count);
+}
+
 /* What can be said against a request by its head alone. */
 static enum status check_head(struct request *request, const struct framing *framing,
                               struct error *err) {
@@ -90,25 +96,25 @@ static enum status check_head(struct request *request, const struct framing *fra
     if (!route)
         return error_fault(err, STATUS_NOT_FOUND, NULL, "there is no %s here", request->path);
     if (!route_has_method(route, request->method))
-        return error_fault(err, STATUS_METHOD_NOT_ALLOWED, NULL, "%s takes %s", route->path,
+        return error_fault(err, STATUS_METHOD_NOT_ALLOWED, NULL, "%s takes %s", request->path,
                            route_allow(route));
-    if (route->types) {
-        struct joined accept = {.name = MHD_HTTP_HEADER_ACCEPT};
-        MHD_get_connection_values(request->mhd, MHD_HEADER_KIND, join_header, &accept);
-        request->chosen_type = accept_choose(accept.text, route->types, route->type_count);
+    if (route->types && strcmp(request->method, MHD_HTTP_METHOD_DELETE) != 0) {
+        request->chosen_type = request_choose_type(request, route->types, route->type_count);
         if (request->chosen_type < 0) {
             char types[128] = "";
             for (size_t i = 0; i < route->type_count; i++) {
                 size_t at = strlen(types);
                 snprintf(types + at, sizeof types - at, "%s%s", i ? ", " : "", route->types[i]);
             }
-            return error_fault(err, STATUS_NOT_ACCEPTABLE, NULL, "%s gives %s", route->path, types);
+            return error_fault(err, STATUS_NOT_ACCEPTABLE, NULL, "%s gives %s", request->path,
+                               types);
         }
     }
     if (framing->content_length > options->body_bytes_max)
         return error_fault(err, STATUS_SCENE_TOO_LARGE, NULL,
                            "a request's body has at most %zu bytes", options->body_bytes_max);
-    if (!route->takes_scene)
+    request->takes_scene = strcmp(request->method, MHD_HTTP_METHOD_POST) == 0;
+    if (!request->takes_scene)
         return STATUS_OK;
     if (framing->has_encoding)
         return error_fault(err, STATUS_UNSUPPORTED_MEDIA_TYPE, NULL,
@@ -134,7 +140,7 @@ static enum MHD_Result handle_head(struct request *request, const char *path, co
                     "the length of the body is given twice or in a way that is not known");
         return reply_error(request, &request->error, 0, true);
     }
-    request->route = route_find(path);
+    request->route = route_find(path, request->captured);
     enum status status = check_head(request, &framing, &request->error);
     if (status == STATUS_OK || (!framing.expects_continue &&
                                 framing.content_length <= request->http->options.body_bytes_max))
@@ -152,7 +158,7 @@ static enum MHD_Result handle_body(struct request *request, const char *data, si
                         "the request's body is larger than this server accepts");
         return MHD_NO;
     }
-    if (request->error.status != STATUS_OK || !request->route || !request->route->takes_scene)
+    if (request->error.status != STATUS_OK || !request->takes_scene)
         return MHD_YES; /* read and dropped */
     if (render_request_body(request, data, bytes, &request->error) != STATUS_OK) {
         free(request->scene);

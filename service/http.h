@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #include "api/status.h"
+#include "service/jobs.h"
 #include "service/log.h"
 #include "service/metrics.h"
 #include "service/quarantine.h"
@@ -17,14 +18,16 @@ struct http_options {
     const char *listen; /* ADDR:PORT or [ADDR]:PORT; port 0: any */
     size_t body_bytes_max;
     double receive_ms;
-    double timeout_ms; /* told by /v1/capabilities */
-    int connections;   /* at most */
+    double timeout_ms;     /* told by /v1/capabilities */
+    double job_timeout_ms; /* likewise */
+    int connections;       /* at most */
 };
 
 /* What the handlers stand on; all of it outlives the server. */
 struct http_parts {
     struct supervisor *supervisor;
     struct store *store;
+    struct jobs *jobs;
     struct quarantine *quarantine;
     struct metrics *metrics;
     const struct log *log;

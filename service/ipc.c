@@ -1,4 +1,4 @@
-/* Messages between the front and a worker: see ipc.h. */
+/* Messages between the front and its processes: see ipc.h. */
 #include "service/ipc.h"
 
 #include <errno.h>
@@ -13,9 +13,14 @@ static const struct ipc_rule {
     size_t body_bytes;
     int fds; /* 0 or 1 */
 } rules[IPC_TYPE_COUNT] = {
-    [IPC_READY] = {sizeof(struct ipc_ready), 0}, [IPC_FAILED] = {sizeof(struct ipc_failed), 0},
-    [IPC_ASSET] = {sizeof(struct ipc_asset), 1}, [IPC_JOB] = {sizeof(struct ipc_job), 1},
+    [IPC_READY] = {sizeof(struct ipc_ready), 0},
+    [IPC_FAILED] = {sizeof(struct ipc_failed), 0},
+    [IPC_ASSET] = {sizeof(struct ipc_asset), 1},
+    [IPC_JOB] = {sizeof(struct ipc_job), 1},
     [IPC_DONE] = {sizeof(struct ipc_done), 1},
+    [IPC_TASK] = {sizeof(struct ipc_task), 1},
+    [IPC_PROGRESS] = {sizeof(struct ipc_progress), 0},
+    [IPC_RESULT] = {sizeof(struct ipc_result), 1},
 };
 
 union control {

@@ -1,4 +1,5 @@
-/* The protocol between the front and a worker, on a SOCK_SEQPACKET socket.
+/* The protocol between the front and its processes (workers, and the one that runs a task), on a
+ * SOCK_SEQPACKET socket.
  *
  * Every message is one packet: a header, then a body whose size and number of passed descriptors
  * depend on the type alone, by a table (ipc.c). A message that breaks the table never reaches a
@@ -6,6 +7,8 @@
  *
  *   front -> worker   ASSET (one for each asset of the next job), then JOB
  *   worker -> front   READY or FAILED once, then DONE for each JOB
+ *   front -> job process   ASSET (one for each asset), then TASK, once
+ *   job process -> front   PROGRESS and RESULT, any number, then DONE, once
  *
  * Scenes, assets and bodies of replies are sealed memory files; faults travel as one of pairs of
  * 0-terminated strings (pointer, message), a pointer that is absent as the single byte 0x01. */
@@ -18,16 +21,27 @@
 #include "api/report.h"
 #include "api/status.h"
 #include "service/job.h"
+#include "service/jobs.h"
 
-enum { IPC_VERSION = 1, IPC_MAGIC = 0x746c6570 /* "pelt" */, IPC_WORKER_FD = 3 };
+enum { IPC_VERSION = 2, IPC_MAGIC = 0x746c6570 /* "pelt" */, IPC_WORKER_FD = 3 };
 
-enum ipc_type { IPC_READY, IPC_FAILED, IPC_ASSET, IPC_JOB, IPC_DONE, IPC_TYPE_COUNT };
+enum ipc_type {
+    IPC_READY,
+    IPC_FAILED,
+    IPC_ASSET,
+    IPC_JOB,
+    IPC_DONE,
+    IPC_TASK,
+    IPC_PROGRESS,
+    IPC_RESULT,
+    IPC_TYPE_COUNT
+};
 
 struct ipc_header {
     uint32_t magic;
     uint16_t version;
     uint16_t type; /* enum ipc_type */
-    uint64_t job;  /* 0 where none is meant */
+    uint64_t job;  /* of the job or the task; 0 where none is meant */
 };
 
 struct ipc_ready {
@@ -66,6 +80,23 @@ struct ipc_done { /* one descriptor: the body, or the faults where status is not
     double total_ms;
 };
 
+struct ipc_task { /* one descriptor: the scene */
+    int32_t kind; /* index among task_kinds */
+    uint32_t asset_count;
+    uint64_t scene_bytes;
+    char options[TASK_OPTIONS_MAX];
+};
+
+struct ipc_progress {
+    uint64_t done, total;
+    char what[TASK_NAME_MAX];
+};
+
+struct ipc_result { /* one descriptor: the output's bytes */
+    char name[TASK_NAME_MAX], media_type[TASK_NAME_MAX];
+    uint64_t bytes;
+};
+
 struct ipc_message {
     struct ipc_header header;
     union {
@@ -74,6 +105,9 @@ struct ipc_message {
         struct ipc_asset asset;
         struct ipc_job job;
         struct ipc_done done;
+        struct ipc_task task;
+        struct ipc_progress progress;
+        struct ipc_result result;
     } body;
     int fd; /* -1: none; whoever receives a message owns it */
 };

@@ -5,6 +5,7 @@
 
 #include "api/status.h"
 #include "service/doctor.h"
+#include "service/job_process.h"
 #include "service/reference.h"
 #include "service/render.h"
 #include "service/serve.h"
@@ -26,6 +27,7 @@ static const struct command {
     {"plan", plan_main, "say which passes a scene needs, and which are left out and why"},
     {"serve", serve_main, "answer scenes with pictures over HTTP"},
     {"worker", worker_main, NULL},
+    {"job", job_process_main, NULL},
     {"doctor", doctor_main, "say what this machine can draw with, and what to install"},
     {"help", help_main, "this text; `pelt help exit-codes` lists the exit codes"},
     {"version", version_main, "print the version"},

@@ -131,6 +131,37 @@ static void write_workers(FILE *out, const struct metrics *metrics,
               gauges->quarantined);
 }
 
+static void write_jobs(FILE *out, const struct metrics *metrics,
+                       const struct metrics_gauges *gauges) {
+    const struct jobs_view *jobs = &gauges->jobs;
+    write_head(out, "pelt_jobs", "gauge", "Long jobs that wait, run, or are kept, by state.");
+    fprintf(out, "pelt_jobs{state=\"queued\"} %d\n", jobs->queued);
+    fprintf(out, "pelt_jobs{state=\"running\"} %d\n", jobs->running);
+    fprintf(out, "pelt_jobs{state=\"finished\"} %d\n", jobs->finished);
+    write_head(out, "pelt_jobs_total", "counter", "Long jobs that have ended, by how they did.");
+    fprintf(out, "pelt_jobs_total{state=\"done\"} %llu\n", (unsigned long long)jobs->done);
+    fprintf(out, "pelt_jobs_total{state=\"failed\"} %llu\n", (unsigned long long)jobs->failed);
+    fprintf(out, "pelt_jobs_total{state=\"cancelled\"} %llu\n",
+            (unsigned long long)jobs->cancelled);
+    write_head(out, "pelt_job_seconds", "summary", "How long jobs ran, whatever became of them.");
+    fprintf(out, "pelt_job_seconds_sum %.9g\npelt_job_seconds_count %llu\n", jobs->ran_s,
+            (unsigned long long)jobs->ran);
+    write_one(out, "pelt_job_crashes_total", "counter",
+              "Processes of jobs that ended before they had answered.",
+              (double)metrics->job_crashes);
+    write_one(out, "pelt_job_retries_total", "counter",
+              "Jobs given to a second process after the first one was killed from outside.",
+              (double)jobs->retried);
+    write_one(out, "pelt_jobs_expired_total", "counter",
+              "Finished jobs that were dropped for their age, or for room.", (double)jobs->expired);
+    write_one(out, "pelt_jobs_queue_limit", "gauge", "Jobs that may wait at once.",
+              gauges->jobs_limits.queue);
+    write_one(out, "pelt_job_result_bytes", "gauge", "Bytes of results held in memory files.",
+              (double)jobs->output_bytes);
+    write_one(out, "pelt_job_result_bytes_limit", "gauge", "Bytes of results that may be held.",
+              (double)gauges->jobs_limits.keep_bytes);
+}
+
 /* Resident set of this process, from /proc/self/statm; 0 where it cannot be read. */
 static double resident_bytes(void) {
     FILE *file = fopen("/proc/self/statm", "re");
@@ -162,6 +193,7 @@ char *metrics_write(struct metrics *metrics, const struct metrics_gauges *gauges
     write_one(out, "pelt_queue_limit", "gauge", "Requests that may wait at once.",
               gauges->queue_limit);
     write_workers(out, copy, gauges);
+    write_jobs(out, copy, gauges);
     write_one(out, "pelt_connections", "gauge", "Open client connections.", gauges->connections);
     write_one(out, "pelt_connections_limit", "gauge", "Client connections that may be open.",
               gauges->connections_limit);

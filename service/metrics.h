@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "api/report.h"
+#include "service/jobs.h"
 
 enum { METRICS_BUCKETS = 12 };
 
@@ -23,7 +24,8 @@ enum metrics_end {
 
 /* What is counted apart; any other resource counts as `other`. */
 #define METRICS_ENDPOINTS(X)                                                                       \
-    X(render) X(plan) X(assets) X(capabilities) X(livez) X(readyz) X(metrics) X(openapi) X(other)
+    X(render)                                                                                      \
+    X(plan) X(jobs) X(assets) X(capabilities) X(livez) X(readyz) X(metrics) X(openapi) X(other)
 
 enum metrics_endpoint {
 #define METRICS_ENDPOINT_ENUM(name) METRICS_ENDPOINT_##name,
@@ -47,6 +49,7 @@ struct metrics {
     struct metrics_histogram stages[REPORT_STAGE_COUNT];
     uint64_t worker_ends[METRICS_END_COUNT];
     uint64_t retries, cancelled, client_timeouts;
+    uint64_t job_crashes; /* processes of tasks that died of themselves */
     uint64_t received_bytes, sent_bytes;
 };
 
@@ -66,6 +69,8 @@ struct metrics_gauges {
     int connections, connections_limit;
     int quarantined;
     size_t store_bytes;
+    struct jobs_view jobs;
+    struct jobs_limits jobs_limits;
     double uptime_s;
 };
 

@@ -209,8 +209,10 @@ static enum status make_key(struct request *request, struct error *err) {
     return failed ? error_fault(err, STATUS_INTERNAL, NULL, "hashing failed") : STATUS_OK;
 }
 
-/* Validates, finds the assets, and puts the scene's text into a memory file. */
-static enum status prepare(struct request *request, double *retry_after_s, struct error *err) {
+enum status render_request_prepare(struct request *request,
+                                   enum status (*check)(void *user, const struct scene *scene,
+                                                        struct error *err),
+                                   void *user, double *retry_after_s, struct error *err) {
     struct job *job = &request->job;
     double start_ms = monotonic_ms();
     job->received_ms = start_ms;
@@ -226,6 +228,8 @@ static enum status prepare(struct request *request, double *retry_after_s, struc
     enum status status = scene_read(request->scene, request->scene_bytes, &arena, &scene, err);
     if (status == STATUS_OK)
         status = scene_check_implemented(&scene, err);
+    if (status == STATUS_OK && check)
+        status = check(user, &scene, err);
     double read_ms = monotonic_ms();
     if (status == STATUS_OK)
         status = gather_assets(request, &scene, err);
@@ -291,7 +295,7 @@ enum MHD_Result render_request_answer(struct request *request) {
                                                         : render_request_types[job->format]);
     }
     double retry_after_s = 0;
-    if (prepare(request, &retry_after_s, &request->error) != STATUS_OK)
+    if (render_request_prepare(request, NULL, NULL, &retry_after_s, &request->error) != STATUS_OK)
         return reply_error(request, &request->error, retry_after_s, false);
     bool plan = request->route->endpoint == METRICS_ENDPOINT_plan;
     job->kind = plan ? JOB_PLAN : JOB_RENDER;

@@ -1,7 +1,9 @@
-/* POST /v1/render and /v1/plan: from the body as it arrives to the job and its reply. */
+/* POST /v1/render and /v1/plan, and whatever else takes a scene: from the body as it arrives to the
+ * job and its reply. */
 #ifndef PELT_SERVICE_RENDER_REQUEST_H
 #define PELT_SERVICE_RENDER_REQUEST_H
 
+#include "api/scene.h"
 #include "service/request.h"
 
 enum { RENDER_REQUEST_TYPES = 3 };
@@ -19,6 +21,16 @@ enum status render_request_body(struct request *request, const char *data, size_
 
 /* The route's `answer`. */
 enum MHD_Result render_request_answer(struct request *request);
+
+/* The body has come whole: validates the scene, asks `check` (may be NULL) once that stands, finds
+ * the assets, asks the quarantine, and puts the text into a memory file; request->job has it all.
+ * What scene_read(), scene_check_implemented(), `check` and store_open() return;
+ * STATUS_BAD_REQUEST, STATUS_BAD_JSON; STATUS_QUARANTINED with *retry_after_s;
+ * STATUS_OUT_OF_MEMORY. */
+enum status render_request_prepare(struct request *request,
+                                   enum status (*check)(void *user, const struct scene *scene,
+                                                        struct error *err),
+                                   void *user, double *retry_after_s, struct error *err);
 
 /* A canary for /readyz: suspends the connection until a worker has drawn it, or replies. */
 enum MHD_Result render_request_canary(struct request *request);

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "api/problem_write.h"
 #include "service/monotonic.h"
@@ -33,11 +34,14 @@ static enum MHD_Result queue(struct request *request, unsigned http_status, cons
                              struct MHD_Response *response, uint64_t bytes, bool close) {
     if (!response)
         return MHD_NO;
-    MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, type);
+    if (type)
+        MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, type);
+    if (*request->location)
+        MHD_add_response_header(response, MHD_HTTP_HEADER_LOCATION, request->location);
     MHD_add_response_header(response, "X-Request-Id", request->id);
     MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
     MHD_add_response_header(response, MHD_HTTP_HEADER_CACHE_CONTROL, "no-store");
-    if (request->route && request->route->type_count > 1)
+    if (request->route && (request->route->type_count > 1 || request->route->chooses))
         MHD_add_response_header(response, MHD_HTTP_HEADER_VARY, "Accept");
     add_timing(request, response);
     if (close || connections_draining(&request->http->connections))
@@ -74,12 +78,23 @@ enum MHD_Result reply_static(struct request *request, unsigned http_status, cons
         bytes, false);
 }
 
+enum MHD_Result reply_file(struct request *request, const char *type, int fd, size_t bytes) {
+    struct MHD_Response *response = MHD_create_response_from_fd64(bytes, fd);
+    if (!response)
+        close(fd);
+    return queue(request, MHD_HTTP_OK, type, response, bytes, false);
+}
+
+enum MHD_Result reply_nothing(struct request *request) {
+    return queue(request, MHD_HTTP_NO_CONTENT, NULL,
+                 MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT), 0, false);
+}
+
 enum MHD_Result reply_job(struct request *request, const char *type) {
     struct job *job = &request->job;
-    struct MHD_Response *response = MHD_create_response_from_fd64(job->body_bytes, job->body_fd);
-    if (response)
-        job->body_fd = -1;
-    return queue(request, MHD_HTTP_OK, type, response, job->body_bytes, false);
+    int fd = job->body_fd;
+    job->body_fd = -1;
+    return reply_file(request, type, fd, job->body_bytes);
 }
 
 enum MHD_Result reply_error(struct request *request, const struct error *error,

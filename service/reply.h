@@ -16,6 +16,12 @@ enum MHD_Result reply_text(struct request *request, unsigned http_status, const 
 enum MHD_Result reply_static(struct request *request, unsigned http_status, const char *type,
                              const char *text, size_t bytes);
 
+/* A memory file with `bytes` bytes; the descriptor is taken over. */
+enum MHD_Result reply_file(struct request *request, const char *type, int fd, size_t bytes);
+
+/* 204: done, and nothing to say. */
+enum MHD_Result reply_nothing(struct request *request);
+
 /* The body that a worker made for request->job; takes its descriptor over. */
 enum MHD_Result reply_job(struct request *request, const char *type);
 

@@ -26,20 +26,24 @@ struct http {
 
 struct route;
 
+enum { REQUEST_CAPTURES = 2, REQUEST_CAPTURE_BYTES = 64 };
+
 struct request {
     struct http *http;
     struct MHD_Connection *mhd;
     struct connection *connection;
     const struct route *route; /* NULL: no such resource */
     char id[REQUEST_ID_BYTES];
-    char method[16], path[128]; /* for the log; cut off */
-    double begun_ms;            /* monotonic: the request line was read */
-    bool head_read;             /* the first call of the handler has been made */
-    bool submitted;             /* the job is, or has been, the supervisor's */
-    int chosen_type;            /* index among the route's media types */
-    struct error error;         /* why it is refused; told once the body has been read off */
-    uint64_t body_bytes;        /* received so far */
-    size_t held_bytes;          /* of http->held_bytes */
+    char method[16], path[128];                             /* for the log; cut off */
+    char captured[REQUEST_CAPTURES][REQUEST_CAPTURE_BYTES]; /* what `*` in the route stands for */
+    double begun_ms;     /* monotonic: the request line was read */
+    bool head_read;      /* the first call of the handler has been made */
+    bool takes_scene;    /* the body is a scene */
+    bool submitted;      /* the job is, or has been, the supervisor's */
+    int chosen_type;     /* index among the route's media types */
+    struct error error;  /* why it is refused; told once the body has been read off */
+    uint64_t body_bytes; /* received so far */
+    size_t held_bytes;   /* of http->held_bytes */
 
     /* The scene's text, and where a multipart body is being taken apart. */
     char *scene;
@@ -51,6 +55,7 @@ struct request {
 
     struct job job;
 
+    char location[96];    /* of the reply, where something was made; "": no such header */
     unsigned http_status; /* of the reply; 0: none yet */
     uint64_t reply_bytes;
     bool counted; /* in the metrics */
@@ -59,5 +64,8 @@ struct request {
 /* Counts the request in the metrics, once: when its reply is handed to the network, so that a
  * client that has its reply finds it counted, or else when it ends without one. */
 void request_count(struct request *request);
+
+/* The index of the media type that its Accept headers prefer; -1: none. */
+int request_choose_type(struct request *request, const char *const *types, size_t count);
 
 #endif

@@ -6,6 +6,7 @@
 
 #include "api/embedded.h"
 #include "service/capabilities.h"
+#include "service/jobs_http.h"
 #include "service/monotonic.h"
 #include "service/render_request.h"
 #include "service/reply.h"
@@ -63,6 +64,8 @@ static enum MHD_Result answer_metrics(struct request *request) {
         .connections_limit = http->options.connections,
         .quarantined = quarantine_count(parts->quarantine, now),
         .store_bytes = store_bytes(parts->store),
+        .jobs = jobs_view(parts->jobs),
+        .jobs_limits = parts->jobs->limits,
         .uptime_s = (now - http->started_ms) * 1e-3,
     };
     size_t bytes = 0;
@@ -85,36 +88,78 @@ static enum MHD_Result answer_capabilities(struct request *request) {
     struct http *http = request->http;
     struct supervisor_view view;
     supervisor_view(http->parts.supervisor, &view);
-    char *text = capabilities_write(&http->options, &view);
+    char *text = capabilities_write(&http->options, &view, http->parts.jobs);
     return reply_text(request, MHD_HTTP_OK, "application/json", text, text ? strlen(text) : 0);
 }
 
 static const char *const json_types[] = {"application/json"};
 
 static const struct route routes[] = {
-    {"/v1/render", true, METRICS_ENDPOINT_render, render_request_types, RENDER_REQUEST_TYPES,
-     render_request_answer},
-    {"/v1/plan", true, METRICS_ENDPOINT_plan, json_types, 1, render_request_answer},
-    {"/v1/capabilities", false, METRICS_ENDPOINT_capabilities, json_types, 1, answer_capabilities},
-    {"/livez", false, METRICS_ENDPOINT_livez, NULL, 0, answer_livez},
-    {"/readyz", false, METRICS_ENDPOINT_readyz, NULL, 0, answer_readyz},
-    {"/metrics", false, METRICS_ENDPOINT_metrics, NULL, 0, answer_metrics},
-    {"/openapi.yaml", false, METRICS_ENDPOINT_openapi, NULL, 0, answer_openapi},
+    {"/v1/render", ROUTE_POST, METRICS_ENDPOINT_render, render_request_types, RENDER_REQUEST_TYPES,
+     false, render_request_answer},
+    {"/v1/plan", ROUTE_POST, METRICS_ENDPOINT_plan, json_types, 1, false, render_request_answer},
+    {"/v1/jobs", ROUTE_GET_POST, METRICS_ENDPOINT_jobs, json_types, 1, false, jobs_http_answer},
+    {"/v1/jobs/*", ROUTE_GET_DELETE, METRICS_ENDPOINT_jobs, json_types, 1, false,
+     jobs_http_answer_one},
+    {"/v1/jobs/*/result", ROUTE_GET, METRICS_ENDPOINT_jobs, NULL, 0, true, jobs_http_answer_result},
+    {"/v1/jobs/*/result/*", ROUTE_GET, METRICS_ENDPOINT_jobs, NULL, 0, false,
+     jobs_http_answer_result},
+    {"/v1/capabilities", ROUTE_GET, METRICS_ENDPOINT_capabilities, json_types, 1, false,
+     answer_capabilities},
+    {"/livez", ROUTE_GET, METRICS_ENDPOINT_livez, NULL, 0, false, answer_livez},
+    {"/readyz", ROUTE_GET, METRICS_ENDPOINT_readyz, NULL, 0, false, answer_readyz},
+    {"/metrics", ROUTE_GET, METRICS_ENDPOINT_metrics, NULL, 0, false, answer_metrics},
+    {"/openapi.yaml", ROUTE_GET, METRICS_ENDPOINT_openapi, NULL, 0, false, answer_openapi},
 };
 
-const struct route *route_find(const char *path) {
+/* Segment by segment; `*` takes one that is not empty and not longer than a capture. */
+static bool matches(const char *pattern, const char *path,
+                    char captured[REQUEST_CAPTURES][REQUEST_CAPTURE_BYTES]) {
+    size_t count = 0;
+    for (; *pattern; pattern++) {
+        if (*pattern != '*') {
+            if (*path++ != *pattern)
+                return false;
+            continue;
+        }
+        size_t length = strcspn(path, "/");
+        if (length == 0 || length >= REQUEST_CAPTURE_BYTES || count == REQUEST_CAPTURES)
+            return false;
+        memcpy(captured[count], path, length);
+        captured[count++][length] = 0;
+        path += length;
+    }
+    return *path == 0;
+}
+
+const struct route *route_find(const char *path,
+                               char captured[REQUEST_CAPTURES][REQUEST_CAPTURE_BYTES]) {
     for (size_t i = 0; i < sizeof routes / sizeof *routes; i++)
-        if (strcmp(routes[i].path, path) == 0)
+        if (matches(routes[i].path, path, captured))
             return &routes[i];
     return NULL;
 }
 
+static const char *const methods[ROUTE_METHODS][4] = {
+    [ROUTE_GET] = {"GET", "HEAD", NULL},
+    [ROUTE_POST] = {"POST", NULL},
+    [ROUTE_GET_POST] = {"GET", "HEAD", "POST", NULL},
+    [ROUTE_GET_DELETE] = {"GET", "HEAD", "DELETE", NULL},
+};
+
 const char *route_allow(const struct route *route) {
-    return route->takes_scene ? "POST" : "GET, HEAD";
+    static const char *const texts[ROUTE_METHODS] = {
+        [ROUTE_GET] = "GET, HEAD",
+        [ROUTE_POST] = "POST",
+        [ROUTE_GET_POST] = "GET, HEAD, POST",
+        [ROUTE_GET_DELETE] = "GET, HEAD, DELETE",
+    };
+    return texts[route->methods];
 }
 
 bool route_has_method(const struct route *route, const char *method) {
-    if (route->takes_scene)
-        return strcmp(method, "POST") == 0;
-    return strcmp(method, "GET") == 0 || strcmp(method, "HEAD") == 0;
+    for (const char *const *has = methods[route->methods]; *has; has++)
+        if (strcmp(*has, method) == 0)
+            return true;
+    return false;
 }

@@ -3,11 +3,16 @@
  *   front (this process)                              workers
  *     main thread: signals, supervisor, deadlines       pelt worker: one GL context each,
  *     2 HTTP threads: bodies, validation, replies       single-threaded but for llvmpipe
+ *                                                     at most one task
+ *                                                       pelt job: ends with its task
  *
  * The front opens no GL and parses no asset. A request goes: HTTP thread reads and validates it and
  * submits a job, its connection is suspended; the main thread hands the job to a worker, and
  * resumes the connection when the worker has answered, died, or run out of time; an HTTP thread
  * replies.
+ *
+ * Long work (jobs.h) has neither a waiting connection nor a worker: job_runner.c gives it a process
+ * of its own. A signal to stop cancels it.
  *
  * Signals are blocked in every thread and read from a descriptor, so no code runs in a handler. */
 #include "service/serve.h"
@@ -24,6 +29,7 @@
 #include <unistd.h>
 
 #include "service/http.h"
+#include "service/job_runner.h"
 #include "service/monotonic.h"
 #include "service/notify.h"
 #include "service/serve_options.h"
@@ -36,6 +42,8 @@ struct server {
     struct metrics metrics;
     struct quarantine quarantine;
     struct supervisor *supervisor;
+    struct jobs jobs;
+    struct job_runner *runner;
     struct store *store;
     struct http *http;
     int signals; /* signalfd */
@@ -89,6 +97,11 @@ static enum status server_start(struct server *server, struct error *err) {
     if (status == STATUS_OK)
         status = supervisor_create(&supervision, &server->log, &server->metrics,
                                    &server->quarantine, &server->supervisor, err);
+    struct job_runner_options running = {.command = supervision.command,
+                                         .timeout_ms = options->job_timeout_s * 1e3};
+    if (status == STATUS_OK)
+        status = job_runner_create(&running, &server->jobs, &server->log, &server->metrics,
+                                   &server->quarantine, &server->runner, err);
     if (status != STATUS_OK)
         return status;
     struct http_options http = {
@@ -96,10 +109,12 @@ static enum status server_start(struct server *server, struct error *err) {
         .body_bytes_max = (size_t)options->body_mib << 20,
         .receive_ms = options->receive_timeout_ms,
         .timeout_ms = options->timeout_ms,
+        .job_timeout_ms = running.timeout_ms,
         .connections = options->connections,
     };
     struct http_parts parts = {.supervisor = server->supervisor,
                                .store = server->store,
+                               .jobs = &server->jobs,
                                .quarantine = &server->quarantine,
                                .metrics = &server->metrics,
                                .log = &server->log};
@@ -112,8 +127,10 @@ static void read_signals(struct server *server) {
         server->stop_signals += info.ssi_signo == SIGTERM || info.ssi_signo == SIGINT;
     if (server->stop_signals > 0 && !server->draining) {
         server->draining = true;
+        int cancelled = jobs_close(&server->jobs, jobs_time_now());
         log_event(&server->log, LOG_INFO, "stopping",
-                  LOG_NUMBER("in_flight", http_in_flight(server->http)));
+                  LOG_NUMBER("in_flight", http_in_flight(server->http)),
+                  LOG_NUMBER("jobs_cancelled", cancelled));
         if (notify_send("STOPPING=1") != 0)
             log_event(&server->log, LOG_WARNING, "notify", LOG_TEXT("why", strerror(errno)));
         http_drain(server->http);
@@ -139,7 +156,7 @@ static bool is_finished(struct server *server) {
     if (server->stop_signals > 1)
         return true;
     return server->draining && supervisor_jobs(server->supervisor) == 0 &&
-           http_in_flight(server->http) == 0;
+           job_runner_is_idle(server->runner) && http_in_flight(server->http) == 0;
 }
 
 /* While draining, replies are sent by the HTTP threads, which do not wake this one: look this
@@ -150,15 +167,18 @@ static enum status server_run(struct server *server, struct error *err) {
     while (!is_finished(server)) {
         double now = monotonic_ms();
         double due = fmin(supervisor_due_ms(server->supervisor), http_due_ms(server->http, now));
+        due = fmin(due, job_runner_due_ms(server->runner));
         double wait_ms = fmin(fmax(ceil(due - now), 0), 60000);
         if (server->draining)
             wait_ms = fmin(wait_ms, DRAIN_LOOK_MS);
         struct pollfd watched[] = {{server->signals, POLLIN, 0},
-                                   {supervisor_fd(server->supervisor), POLLIN, 0}};
-        if (poll(watched, 2, (int)wait_ms) < 0 && errno != EINTR)
+                                   {supervisor_fd(server->supervisor), POLLIN, 0},
+                                   {job_runner_fd(server->runner), POLLIN, 0}};
+        if (poll(watched, 3, (int)wait_ms) < 0 && errno != EINTR)
             return error_fault(err, STATUS_INTERNAL, NULL, "poll: %s", strerror(errno));
         read_signals(server);
         supervisor_run(server->supervisor);
+        job_runner_run(server->runner);
         http_expire(server->http, monotonic_ms());
         if (!server->announced)
             announce(server);
@@ -192,6 +212,14 @@ int serve_main(int argc, char **argv) {
         metrics_finish(&server.metrics);
         return status_exit_code(STATUS_INTERNAL);
     }
+    struct jobs_limits limits = {.queue = server.options.jobs_queue,
+                                 .keep_bytes = (size_t)server.options.jobs_keep_mib << 20,
+                                 .keep_ms = server.options.jobs_keep_s * 1e3};
+    if (jobs_init(&server.jobs, &limits) != 0) {
+        quarantine_finish(&server.quarantine);
+        metrics_finish(&server.metrics);
+        return status_exit_code(STATUS_INTERNAL);
+    }
     enum status status = server_start(&server, &err);
     if (status == STATUS_OK)
         status = server_run(&server, &err);
@@ -200,9 +228,11 @@ int serve_main(int argc, char **argv) {
      * connections; libmicrohttpd must not be stopped while any is suspended. */
     if (server.supervisor)
         supervisor_stop(server.supervisor, status == STATUS_OK ? WORKER_GRACE_MS : 0);
+    job_runner_destroy(server.runner);
     http_destroy(server.http);
     supervisor_destroy(server.supervisor);
     store_destroy(server.store);
+    jobs_finish(&server.jobs);
     quarantine_finish(&server.quarantine);
     metrics_finish(&server.metrics);
     close(server.signals);

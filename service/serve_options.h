@@ -12,6 +12,7 @@ struct serve_options {
     const char *listen;
     const char *assets; /* NULL: none */
     int workers, queue, timeout_ms, receive_timeout_ms, connections, body_mib;
+    int jobs_queue, jobs_keep_mib, jobs_keep_s, job_timeout_s;
     enum log_format log;
     struct renderer_options renderer;
     bool help;

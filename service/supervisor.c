@@ -43,8 +43,9 @@ static uint64_t watch_tag(int what, uint64_t id) {
 /* Every message that waits on a worker's socket. */
 static void read_messages(struct supervisor *supervisor, struct worker *worker) {
     static const enum worker_event events[IPC_TYPE_COUNT] = {
-        [IPC_READY] = EVENT_READY,  [IPC_FAILED] = EVENT_FAILED, [IPC_DONE] = EVENT_DONE,
-        [IPC_ASSET] = EVENT_BROKEN, [IPC_JOB] = EVENT_BROKEN,
+        [IPC_READY] = EVENT_READY,     [IPC_FAILED] = EVENT_FAILED, [IPC_DONE] = EVENT_DONE,
+        [IPC_ASSET] = EVENT_BROKEN,    [IPC_JOB] = EVENT_BROKEN,    [IPC_TASK] = EVENT_BROKEN,
+        [IPC_PROGRESS] = EVENT_BROKEN, [IPC_RESULT] = EVENT_BROKEN,
     };
     while (worker->socket >= 0) {
         struct ipc_message message;

@@ -1,0 +1,26 @@
+/* The table of kinds. */
+#include "service/job_kinds.h"
+
+#include <string.h>
+
+static const char *const reference_outputs[] = {"reference.png", "reference.exr", "report.json",
+                                                NULL};
+
+const struct task_kind task_kinds[] = {
+    {"reference", "/v1/jobs", true, reference_outputs, task_reference_check, task_reference_run},
+};
+const int task_kind_count = sizeof task_kinds / sizeof *task_kinds;
+
+int task_kind_find(const char *name) {
+    for (int i = 0; i < task_kind_count; i++)
+        if (strcmp(task_kinds[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+int task_kind_of_route(const char *route_path) {
+    for (int i = 0; i < task_kind_count; i++)
+        if (strcmp(task_kinds[i].route, route_path) == 0)
+            return i;
+    return -1;
+}

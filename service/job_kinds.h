@@ -1,0 +1,64 @@
+/* The kinds of long work, one row each, and what a kind's function is given.
+ *
+ * To add a kind: a row in job_kinds.c, and, where it has a resource of its own (POST /v1/sweep), a
+ * row in routes.c. */
+#ifndef PELT_SERVICE_JOB_KINDS_H
+#define PELT_SERVICE_JOB_KINDS_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "api/scene.h"
+#include "api/status.h"
+#include "renderer/asset/source.h"
+#include "renderer/render.h"
+
+/* What runs, as its kind sees it. Everything belongs to the process that runs it, and outlives the
+ * call. */
+struct task_run {
+    const struct scene *scene;
+    const struct asset_source *assets;
+    const char *options;          /* NAME=VALUE lines, as `check` took them; "": none */
+    struct renderer *renderer;    /* NULL unless the kind `draws` */
+    const atomic_bool *cancelled; /* set once nobody wants the result: return soon */
+
+    /* Tells how far it is; `what`: a word or two, shorter than TASK_NAME_MAX. May be called as
+     * often as one likes, from the thread that runs. */
+    void (*progress)(void *user, const char *what, uint64_t done, uint64_t total);
+    /* Adds an output: `name` of [a-z0-9._-], each once, TASK_OUTPUTS_MAX at most. The bytes are
+     * copied. STATUS_OUT_OF_MEMORY, STATUS_IO_ERROR; STATUS_CANCELLED where nobody wants it. */
+    enum status (*output)(void *user, const char *name, const char *media_type, const void *data,
+                          size_t bytes, struct error *err);
+    void *user;
+};
+
+struct task_kind {
+    const char *name;  /* as ?kind= and the job's JSON say it */
+    const char *route; /* posting there means this kind, unless ?kind= says another */
+    bool draws;        /* needs a GL */
+    /* The outputs that GET /v1/jobs/ID/result chooses from by Accept; the most wanted first, NULL
+     * at the end. */
+    const char *const *main_outputs;
+    /* In the front, when the job is posted: refuses what it cannot do with this scene
+     * (STATUS_NOT_IMPLEMENTED with pointers) or with these options (STATUS_BAD_REQUEST). Must be
+     * quick, and open nothing. */
+    enum status (*check)(const struct scene *scene, const char *options, struct error *err);
+    /* In a process of its own, which ends with it. Blocks as long as it takes. */
+    enum status (*run)(const struct task_run *run, struct error *err);
+};
+
+extern const struct task_kind task_kinds[];
+extern const int task_kind_count;
+
+int task_kind_find(const char *name);           /* its index; -1: no such kind */
+int task_kind_of_route(const char *route_path); /* the one that is meant without ?kind= */
+
+/* The reference picture, the scene's own beside it, maps and figures of the errors;
+ * job_reference.c.
+ */
+enum status task_reference_check(const struct scene *scene, const char *options, struct error *err);
+enum status task_reference_run(const struct task_run *run, struct error *err);
+
+#endif
