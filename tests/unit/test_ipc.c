@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -137,6 +138,47 @@ static void test_broken_messages(void **state) {
     close(fd);
 }
 
+/* Every type has its size and its number of descriptors, and nothing else comes through. */
+static void test_table(void **state) {
+    static const struct {
+        size_t body_bytes;
+        int fds;
+    } rows[IPC_TYPE_COUNT] = {
+        [IPC_READY] = {sizeof(struct ipc_ready), 0},
+        [IPC_FAILED] = {sizeof(struct ipc_failed), 0},
+        [IPC_ASSET] = {sizeof(struct ipc_asset), 1},
+        [IPC_JOB] = {sizeof(struct ipc_job), 1},
+        [IPC_DONE] = {sizeof(struct ipc_done), 1},
+        [IPC_TASK] = {sizeof(struct ipc_task), 1},
+        [IPC_PROGRESS] = {sizeof(struct ipc_progress), 0},
+        [IPC_RESULT] = {sizeof(struct ipc_result), 1},
+    };
+    struct pair *pair = *state;
+    struct ipc_message got;
+    struct {
+        struct ipc_header header;
+        char body[sizeof(struct ipc_message)];
+    } raw = {.header = {.magic = IPC_MAGIC, .version = IPC_VERSION, .job = 7}};
+    int fd = memfd_open("test"), before = open_descriptors();
+    for (int type = 0; type < IPC_TYPE_COUNT; type++) {
+        raw.header.type = (uint16_t)type;
+        size_t right = sizeof raw.header + rows[type].body_bytes;
+        for (int fds = 0; fds <= 2; fds++) {
+            for (size_t bytes = right - 1; bytes <= right + 1; bytes++) {
+                bool sane = bytes == right && fds == rows[type].fds;
+                send_raw(pair->ends[0], &raw, bytes, fd, fds);
+                int result = ipc_receive(pair->ends[1], &got, MSG_DONTWAIT);
+                if (result != (sane ? 1 : -1) || (got.fd >= 0) != (sane && fds == 1))
+                    fail_msg("type %d, %zu bytes, %d descriptors: %d", type, bytes, fds, result);
+                if (got.fd >= 0)
+                    close(got.fd);
+                assert_int_equal(open_descriptors(), before);
+            }
+        }
+    }
+    close(fd);
+}
+
 static void test_a_reader_that_does_not_read(void **state) {
     struct pair *pair = *state;
     struct ipc_message message = {.header = {.type = IPC_READY}, .fd = -1};
@@ -195,6 +237,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_round_trip, setup, teardown),
         cmocka_unit_test_setup_teardown(test_broken_messages, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_table, setup, teardown),
         cmocka_unit_test_setup_teardown(test_a_reader_that_does_not_read, setup, teardown),
         cmocka_unit_test(test_faults),
         cmocka_unit_test(test_faults_that_are_cut),
