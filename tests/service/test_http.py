@@ -36,7 +36,7 @@ def test_every_reply_has_its_headers():
                 ("GET", "/livez", 200), ("HEAD", "/livez", 200), ("GET", "/readyz", 200),
                 ("GET", "/metrics", 200), ("GET", "/openapi.yaml", 200),
                 ("GET", "/v1/capabilities", 200), ("HEAD", "/v1/capabilities", 200),
-                ("GET", "/", 404), ("GET", "/v1/render/", 404), ("POST", "/v1/jobs", 404),
+                ("GET", "/", 404), ("GET", "/v1/render/", 404), ("POST", "/v1/jobs", 415),
                 ("GET", "/v1/render", 405), ("DELETE", "/v1/plan", 405), ("POST", "/livez", 405),
                 ("BREW", "/metrics", 405), ("POST", "/v1/render", 415)]:
             reply = daemon.request(method, path)
@@ -173,7 +173,8 @@ def test_help_and_usage():
     told = subprocess.run([PELT, "serve", "--help"], capture_output=True, text=True)
     assert told.returncode == 0
     for option in ["--listen", "--assets", "--workers", "--queue", "--timeout-ms", "--log",
-                   "--backend", "--device", "--require-hardware"]:
+                   "--backend", "--device", "--require-hardware", "--jobs-queue",
+                   "--jobs-keep-mib", "--jobs-keep-s", "--job-timeout-s"]:
         assert option in told.stdout, option
     for arguments in [["--nonsense"], ["--workers"], ["--workers", "0"], ["--queue", "x"],
                       ["--log", "xml"], ["--listen", "nowhere"], ["--help=1"],

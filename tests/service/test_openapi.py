@@ -52,6 +52,15 @@ REQUESTS = [
 ]
 
 
+def template_of(document, path):
+    """The path of the document that this one is an instance of."""
+    path = path.split("?")[0]
+    for template in document["paths"]:
+        if re.fullmatch(re.sub(r"\\{\w+\\}", "[^/]+", re.escape(template)), path):
+            return template
+    raise AssertionError(f"{path} is not documented")
+
+
 def resolve(document, value):
     while "$ref" in value:
         target = document
@@ -63,8 +72,9 @@ def resolve(document, value):
 
 def check(document, request, reply):
     """Raises where the reply is none that the document allows."""
-    method, path = request[0].lower(), request[1]
-    operations = document["paths"][path]
+    method, template = request[0].lower(), template_of(document, request[1])
+    operations = {name: operation for name, operation in document["paths"][template].items()
+                  if name != "parameters"}
     # A method that is not there is answered as the resource's own operation says.
     operation = operations.get(method) or next(iter(operations.values()))
     responses = operation["responses"]
@@ -77,6 +87,9 @@ def check(document, request, reply):
         if value and header["schema"].get("type") == "integer":
             jsonschema.validate(int(value), header["schema"])
     kind = reply.headers["Content-Type"]
+    if "content" not in response:
+        assert kind is None and reply.body == b"", (kind, reply.body)
+        return
     media = response["content"].get(kind)
     assert media, f"Content-Type {kind} is not documented"
     if "json" in kind:
@@ -90,6 +103,53 @@ def check(document, request, reply):
         assert problem["request_id"] == reply.headers["X-Request-Id"]
         types = document["info"]["description"]
         assert re.search(rf"\| `{problem['type']}` \| {reply.status} \|", types), problem["type"]
+
+
+def ask_about_jobs(daemon, document):
+    """A job's whole life; the templates of the paths that were asked."""
+    asked = set()
+
+    def ask(status, method, path, accept="*/*", body=None, kind="application/json"):
+        if isinstance(body, dict):
+            body = json.dumps(body)
+        request = (method, path, body, {"Content-Type": kind, "Accept": accept})
+        reply = daemon.request(*request)
+        assert reply.status == status, (method, path, reply.status, reply.body[:300])
+        try:
+            check(document, request, reply)
+        except Exception as error:
+            raise AssertionError(f"{method} {path}: {reply.status}") from error
+        asked.add(template_of(document, path))
+        return reply
+    ask(400, "POST", "/v1/jobs?kind=none", body=SMALL)
+    ask(422, "POST", "/v1/jobs", body={})
+    ask(405, "DELETE", "/v1/jobs")
+    ask(404, "GET", "/v1/jobs/none")
+    endless = ask(202, "POST", "/v1/jobs", body=scene(side=1024)).headers["Location"]
+    where = ask(202, "POST", "/v1/jobs?kind=reference",
+                body=scene(side=8, objects=[{"mesh": {"shape": "torus"}}])).headers["Location"]
+    ask(200, "GET", "/v1/jobs")
+    ask(200, "GET", where)
+    ask(409, "GET", where + "/result")
+    ask(409, "GET", where + "/result/flip.png")
+    ask(204, "DELETE", endless)
+    ask(404, "DELETE", endless)
+    ask(200, "GET", endless)
+    kind, form = multipart([("scene", {"objects": [{"mesh": {"asset": "bad.glb"}}]}),
+                            ("bad.glb", b"bad")])
+    broken = ask(202, "POST", "/v1/jobs", body=form, kind=kind).headers["Location"]
+    daemon.until(lambda: daemon.get(where).json()["state"] == "done", "the job is done")
+    for row in ask(200, "GET", where).json()["results"]:
+        ask(200, "GET", row["href"])
+    for accept in ["image/png", "image/x-exr", "application/json"]:
+        ask(200, "GET", where + "/result", accept)
+    ask(406, "GET", where + "/result", "text/html")
+    ask(405, "POST", where + "/result")
+    ask(404, "GET", where + "/result/none")
+    daemon.until(lambda: daemon.get(broken).json()["state"] == "failed", "the other one failed")
+    ask(200, "GET", broken)
+    ask(200, "GET", "/v1/jobs")
+    return asked
 
 
 def test_every_reply_is_documented():
@@ -107,7 +167,8 @@ def test_every_reply_is_documented():
                 check(document, request, reply)
             except Exception as error:
                 raise AssertionError(f"{what}: {reply.status}") from error
-            asked.add(request[1])
+            asked.add(template_of(document, request[1]))
+        asked |= ask_about_jobs(daemon, document)
         assert asked == set(document["paths"]), asked ^ set(document["paths"])
 
 
