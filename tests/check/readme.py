@@ -63,7 +63,7 @@ def run_blocks():
             print(f"{'ok' if run.returncode == 0 else 'FAIL'}: {block.splitlines()[0]} ...")
             if run.returncode != 0:
                 faults.append(f"README.md: exit {run.returncode} of\n{script}{run.stderr[-2000:]}")
-        for name in ("demo.png", "sphere.png", "bunny.png", "pictures/least.png"):
+        for name in ("demo.png", "sphere.png", "flip.png", "bunny.png", "pictures/least.png"):
             path = os.path.join(folder, name)
             if not os.path.exists(path):
                 faults.append(f"README.md: {name} did not come out")
