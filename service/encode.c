@@ -240,7 +240,7 @@ enum status encode_image(enum encode_format format, const float *rgba, int width
 enum status encode_map(enum encode_format format, const float *map, int width, int height,
                        unsigned char **data, size_t *bytes, struct error *err) {
     size_t count = (size_t)width * (size_t)height;
-    float *pixels = malloc((count + 1) * 4 * sizeof *pixels);
+    float *pixels = calloc(count + 1, 4 * sizeof *pixels);
     *data = NULL;
     *bytes = 0;
     if (!pixels)

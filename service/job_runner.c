@@ -14,6 +14,7 @@
 #include <errno.h>
 #include <math.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -69,7 +70,7 @@ static void kill_process(struct job_runner *runner) {
 static void fail(struct job_runner *runner, struct error *err) {
     char why[256] = "";
     if (err->fault_count && err->faults[0].message)
-        strncat(why, err->faults[0].message, sizeof why - 1);
+        snprintf(why, sizeof why, "%s", err->faults[0].message);
     if (jobs_fail(runner->jobs, runner->task, err, jobs_time_now()))
         log_job(runner, LOG_WARNING, "job failed", why);
     error_clear(err);

@@ -530,9 +530,11 @@ int jobs_close(struct jobs *jobs, struct jobs_time now) {
     int cancelled = 0;
     pthread_mutex_lock(&jobs->lock);
     jobs->closed = true;
-    for (struct task *task = jobs->first; task; task = task->next)
+    for (struct task *task = jobs->first, *next; task; task = next) {
+        next = task->next;
         if (!is_finished(task) && happen(jobs, task, EVENT_DELETE, &occasion))
             cancelled++;
+    }
     pthread_mutex_unlock(&jobs->lock);
     wake(jobs);
     return cancelled;

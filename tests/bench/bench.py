@@ -3,7 +3,7 @@
 from the 10th to the 90th percentile, and the command that gives it. Everything is warm: the first
 runs are not counted.
 
-Usage: bench.py BUILD [--json] [--only demo,service,sort,plan,memory,cold] [--repeats N]
+Usage: bench.py BUILD [--json] [--only demo,service,jobs,sort,plan,memory,cold] [--repeats N]
 The exit code is 0 whatever was measured: a machine may be slow or busy; numbers are for reading."""
 
 import argparse
@@ -14,6 +14,7 @@ import os
 import platform
 import re
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -132,6 +133,41 @@ def bench_service(pelt, repeats):
     return [{"figure": "service overhead, 256 x 256, assets cached", "asked": "at most 3 ms",
              "measured": spread(overheads), "unit": "ms", "digits": 2,
              "met": percentile(overheads, 0.5) <= 3}]
+
+
+def bench_jobs(pelt, repeats):
+    """Pictures beside a job: POST /v1/render of a fur sphere, 256 x 256, one connection."""
+    # Its process is stopped before every second request, so that both halves have the same machine.
+    scene = json.dumps({"image": {"width": 256, "height": 256, "samples": 1}, "objects": [
+        {"shell": {"mesh": {"shape": "sphere"}, "material": {"builtin": "fur"}}}]})
+    long = json.dumps({**json.loads(scene), "image": {"width": 1024, "height": 1024, "samples": 1}})
+    alone, beside = [], []
+    with Daemon(pelt, "--workers", "2") as daemon:
+        workers = set(daemon.children())
+        ask = daemon.connection.request
+        ask("POST", "/v1/jobs", long, {"Content-Type": "application/json"})
+        job = daemon.connection.getresponse()
+        job.read()
+        while True:
+            ask("GET", job.headers["Location"])
+            told = json.loads(daemon.connection.getresponse().read())
+            if told["progress"]["what"] == "reference":
+                break
+            time.sleep(0.1)
+        process, = set(daemon.children()) - workers
+        for run in range(max(30, repeats) + 3):
+            for signalled, times in ((signal.SIGSTOP, alone), (signal.SIGCONT, beside)):
+                os.kill(process, signalled)
+                time.sleep(0.1)
+                ms, _, _ = daemon.post(scene, "application/json", "image/png")
+                if run >= 3:
+                    times.append(ms)
+        ask("DELETE", job.headers["Location"])
+        daemon.connection.getresponse().read()
+    return [{"figure": "a picture, the job stopped", "measured": spread(alone), "unit": "ms"},
+            {"figure": "a picture, the job running", "measured": spread(beside), "unit": "ms"},
+            {"figure": "ratio of the medians",
+             "value": f"{percentile(beside, 0.5) / percentile(alone, 0.5):.3f}"}]
 
 
 def bench_sort(build, repeats):
@@ -265,11 +301,12 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", default="demo,service,sort,plan,memory,cold")
+    parser.add_argument("--only", default="demo,service,jobs,sort,plan,memory,cold")
     parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     pelt = os.path.join(options.build, "pelt")
     table = {"demo": lambda n: bench_demo(pelt, n), "service": lambda n: bench_service(pelt, n),
+             "jobs": lambda n: bench_jobs(pelt, n),
              "sort": lambda n: bench_sort(options.build, n),
              "plan": lambda n: bench_plan(options.build, n),
              "memory": lambda n: bench_memory(pelt, n), "cold": lambda n: bench_cold(pelt, n)}
@@ -290,7 +327,8 @@ def main():
 
 
 def table_title(name):
-    return {"demo": bench_demo, "service": bench_service, "sort": bench_sort, "plan": bench_plan,
+    return {"demo": bench_demo, "service": bench_service, "jobs": bench_jobs,
+            "sort": bench_sort, "plan": bench_plan,
             "memory": bench_memory, "cold": bench_cold}[name].__doc__
 
 

@@ -88,6 +88,22 @@ static void test_coverage_and_numbers(void **state) {
  * of HyAB^0.7. Black and white: L* of 0 and 100, so 100^0.7 = 25.1188643; the largest is that of
  * green and blue, 41.2760984; 0.95 + (25.1188643 - 0.4 x 41.2760984) / (0.6 x 41.2760984) x 0.05 =
  * 0.9673798. Green and blue: 1. */
+/* The map is the absolute difference, channel by channel; what is no number is 1 everywhere. */
+static void test_map_of_differences(void **state) {
+    (void)state;
+    float a[4 * N], b[4 * N], map[4 * N];
+    fill(a, 0.5f, 0.25f, 0, 1);
+    fill(b, 0.25f, 0.5f, 0, 0.5f);
+    b[4 * 7 + 2] = NAN;
+    a[4 * 8] = INFINITY;
+    error_map(a, b, W, H, map);
+    for (int p = 0; p < N; p++) {
+        const float expected[4] = {0.25f, 0.25f, 0, 0.5f};
+        for (int i = 0; i < 4; i++)
+            assert_true(map[4 * p + i] == (p == 7 || p == 8 ? 1 : expected[i]));
+    }
+}
+
 static void test_flip_of_constants(void **state) {
     (void)state;
     float a[4 * N], b[4 * N], map[N];
@@ -174,6 +190,7 @@ int main(void) {
         cmocka_unit_test(test_figures),
         cmocka_unit_test(test_some_pixels),
         cmocka_unit_test(test_coverage_and_numbers),
+        cmocka_unit_test(test_map_of_differences),
         cmocka_unit_test(test_flip_of_constants),
         cmocka_unit_test(test_flip_over_grey),
         cmocka_unit_test(test_flip_of_a_point),
