@@ -227,6 +227,10 @@ static void test_limits_of_the_queue(void **state) {
                      STATUS_QUEUE_FULL);
     assert_true(retry_after_s >= 1);
     assert_true(input.scene_fd >= 0); /* still ours */
+    long before = live;
+    assert_int_equal(jobs_submit(jobs, &input, at(1001), id, &retry_after_s, NULL),
+                     STATUS_QUEUE_FULL);
+    assert_int_equal(live, before); /* nothing is left of it; where `live` is counted */
     struct started started;
     assert_true(start(jobs, 1002, &started)); /* one place is free again */
     assert_int_equal(jobs_submit(jobs, &input, at(1003), id, &retry_after_s, NULL), STATUS_OK);
@@ -296,7 +300,8 @@ static void test_bytes_that_are_kept(void **state) {
     assert_int_equal(add_output(jobs, started.serial, "a", 100, 1005), STATUS_OK);
     assert_int_equal(look(jobs, ids[0], 1005), TASK_DONE); /* 1000 are within the limit */
     assert_int_equal(add_output(jobs, started.serial, "b", 1, 1006), STATUS_OK);
-    assert_int_equal(look(jobs, ids[0], 1006), -410); /* the oldest has made room */
+    assert_int_equal(jobs_view(jobs).output_bytes, 601); /* at once, not at the next look */
+    assert_int_equal(look(jobs, ids[0], 1006), -410);    /* the oldest has made room */
     assert_int_equal(look(jobs, ids[1], 1006), TASK_DONE);
     assert_int_equal(add_output(jobs, started.serial, "c", KEEP_BYTES - 100, 1007),
                      STATUS_TOO_COMPLEX);                  /* more than all that may be kept */
