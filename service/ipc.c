@@ -52,6 +52,19 @@ int ipc_send(int socket, struct ipc_message *message, int flags) {
     return sent < 0 ? -1 : 0;
 }
 
+bool ipc_send_assets(int socket, uint64_t job, const struct job_asset *assets, size_t count) {
+    bool sent = true;
+    for (size_t i = 0; i < count && sent; i++) {
+        struct ipc_message message = {.header = {.type = IPC_ASSET, .job = job},
+                                      .fd = assets[i].fd};
+        memcpy(message.body.asset.name, assets[i].name, sizeof assets[i].name);
+        memcpy(message.body.asset.sha256, assets[i].sha256, DIGEST_BYTES);
+        message.body.asset.bytes = assets[i].bytes;
+        sent = ipc_send(socket, &message, MSG_DONTWAIT) == 0;
+    }
+    return sent;
+}
+
 /* Takes the first descriptor that came with a packet. The buffer has room for one: the kernel
  * closes what does not fit and says so with MSG_CTRUNC. */
 static int take_fd(struct msghdr *packet) {

@@ -15,6 +15,7 @@
 #ifndef PELT_SERVICE_IPC_H
 #define PELT_SERVICE_IPC_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -116,6 +117,10 @@ struct ipc_message {
  * caller's). Fills in the rest of the header. 0, or -1 with errno (EAGAIN where `flags` has
  * MSG_DONTWAIT and the other side does not read). */
 int ipc_send(int socket, struct ipc_message *message, int flags);
+
+/* Sends an ASSET for each of them, without blocking; the descriptors stay the caller's. False where
+ * the other side does not read. */
+bool ipc_send_assets(int socket, uint64_t job, const struct job_asset *assets, size_t count);
 
 /* Receives one message. 1: it is there; 0: the other side has closed; -1: errno is EAGAIN (with
  * MSG_DONTWAIT) or EPROTO for what breaks the table. */

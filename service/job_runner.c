@@ -159,16 +159,7 @@ static void read_messages(struct job_runner *runner) {
 
 static bool send_task(struct job_runner *runner) {
     const struct task_input *input = &runner->input;
-    bool sent = true;
-    for (size_t i = 0; i < input->asset_count && sent; i++) {
-        const struct job_asset *asset = &input->assets[i];
-        struct ipc_message message = {.header = {.type = IPC_ASSET, .job = runner->task},
-                                      .fd = asset->fd};
-        memcpy(message.body.asset.name, asset->name, sizeof asset->name);
-        memcpy(message.body.asset.sha256, asset->sha256, DIGEST_BYTES);
-        message.body.asset.bytes = asset->bytes;
-        sent = ipc_send(runner->socket, &message, MSG_DONTWAIT) == 0;
-    }
+    bool sent = ipc_send_assets(runner->socket, runner->task, input->assets, input->asset_count);
     struct ipc_message message = {.header = {.type = IPC_TASK, .job = runner->task},
                                   .body.task = {.kind = (int32_t)input->kind,
                                                 .asset_count = (uint32_t)input->asset_count,

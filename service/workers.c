@@ -163,16 +163,7 @@ static enum worker_state act_assign(struct workers *workers, struct worker *work
     worker->assigned_ms = now;
     worker->timer_ms = job->run_deadline_ms;
 
-    bool sent = true;
-    for (size_t i = 0; i < job->asset_count && sent; i++) {
-        const struct job_asset *asset = &job->assets[i];
-        struct ipc_message message = {.header = {.type = IPC_ASSET, .job = job->id},
-                                      .fd = asset->fd};
-        memcpy(message.body.asset.name, asset->name, sizeof asset->name);
-        memcpy(message.body.asset.sha256, asset->sha256, DIGEST_BYTES);
-        message.body.asset.bytes = asset->bytes;
-        sent = ipc_send(worker->socket, &message, MSG_DONTWAIT) == 0;
-    }
+    bool sent = ipc_send_assets(worker->socket, job->id, job->assets, job->asset_count);
     struct ipc_message message = {
         .header = {.type = IPC_JOB, .job = job->id},
         .body.job = {.kind = (int32_t)job->kind,
