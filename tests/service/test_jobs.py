@@ -14,10 +14,11 @@ import time
 from harness import (ENDLESS, PATIENCE_S, PELT, SHELL, SMALL, TETRAHEDRON, TETRAHEDRON_FACES,
                      Daemon, glb, main, multipart, read_reply, scene)
 
-# Mist has a closed form inside a voxel: its truth takes a moment, the picture is not empty.
-MIST = {"shell": {"mesh": {"shape": "torus", "divisions": [24, 12]}, "thickness": 0.2,
-                  "material": {"builtin": "homogeneous", "extinction": 3}}}
-TINY = scene(side=48, objects=[MIST])
+# Few voxels on a ray: its truth takes a moment, and the path that takes few steps is far from it.
+COARSE = {"shell": {"mesh": {"shape": "torus", "divisions": [24, 12]}, "thickness": 0.2,
+                    "tiles": [3, 2], "material": {"builtin": "fur", "size": [16, 16, 8]}},
+          "quality": {"samples": 4}}
+TINY = scene(side=48, objects=[COARSE])
 # A ray of the reference visits every voxel that it crosses, here thousands; a path takes few steps.
 FOREVER = scene(side=128, objects=[{
     "shell": {"mesh": {"shape": "sphere"}, "thickness": 0.5, "tiles": [1000, 500],
@@ -132,8 +133,8 @@ def test_a_whole_life():
         errors = report["errors"]
         for name in ["touched", "whole"]:
             row = errors[name]
-            line = (f"{row['pixels']} pixels  rmse {row['rmse']:.3e}  largest {row['max_abs']:.3e}"
-                    f"  p99 {row['p99']:.3e}")
+            line = (f"  {name:<8} {row['pixels']:9d} pixels  rmse {row['rmse']:.3e}"
+                    f"  largest {row['max_abs']:.3e}  p99 {row['p99']:.3e}\n")
             assert line in printed, (line, printed)
         line = (f"{errors['coverage']} pixels  psnr {errors['psnr_db']:.2f} dB"
                 f"  flip {errors['flip']:.5f}")
@@ -394,6 +395,7 @@ def test_the_process_ends_with_the_front():
     with Daemon("--workers", "1") as daemon:
         until_runs(daemon, submit(daemon, FOREVER))
         pid = children(daemon)[0]
+        os.kill(pid, signal.SIGSTOP)  # it cannot find out by itself that its socket is closed
         daemon.process.kill()
         daemon.process.wait()
         deadline = time.monotonic() + PATIENCE_S
