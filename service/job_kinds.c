@@ -5,9 +5,11 @@
 
 static const char *const reference_outputs[] = {"reference.png", "reference.exr", "report.json",
                                                 NULL};
+static const char *const sweep_outputs[] = {"sweep.json", "sweep.html", "sweep.csv", NULL};
 
 const struct task_kind task_kinds[] = {
     {"reference", "/v1/jobs", true, reference_outputs, task_reference_check, task_reference_run},
+    {"sweep", "/v1/sweep", true, sweep_outputs, task_sweep_check, task_sweep_run},
 };
 const int task_kind_count = sizeof task_kinds / sizeof *task_kinds;
 

@@ -24,8 +24,8 @@ struct task_run {
     struct renderer *renderer;    /* NULL unless the kind `draws` */
     const atomic_bool *cancelled; /* set once nobody wants the result: return soon */
 
-    /* Tells how far it is; `what`: a word or two, shorter than TASK_NAME_MAX. May be called as
-     * often as one likes, from the thread that runs. */
+    /* Tells how far it is; `what`: a few words shorter than TASK_NAME_MAX (letters, digits, "
+     * ,.:;()-"). May be called as often as one likes, from the thread that runs. */
     void (*progress)(void *user, const char *what, uint64_t done, uint64_t total);
     /* Adds an output: `name` of [a-z0-9._-], each once, TASK_OUTPUTS_MAX at most. The bytes are
      * copied. STATUS_OUT_OF_MEMORY, STATUS_IO_ERROR; STATUS_CANCELLED where nobody wants it. */
@@ -60,5 +60,9 @@ int task_kind_of_route(const char *route_path); /* the one that is meant without
  */
 enum status task_reference_check(const struct scene *scene, const char *options, struct error *err);
 enum status task_reference_run(const struct task_run *run, struct error *err);
+
+/* Error against run time: paths at a ladder of qualities; job_sweep.c. */
+enum status task_sweep_check(const struct scene *scene, const char *options, struct error *err);
+enum status task_sweep_run(const struct task_run *run, struct error *err);
 
 #endif

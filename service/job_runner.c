@@ -88,7 +88,8 @@ typedef bool handler(struct job_runner *runner, struct ipc_message *message);
 
 static bool handle_progress(struct job_runner *runner, struct ipc_message *message) {
     const struct ipc_progress *progress = &message->body.progress;
-    if (!is_word(progress->what, sizeof progress->what, "abcdefghijklmnopqrstuvwxyz0123456789 ") ||
+    if (!is_word(progress->what, sizeof progress->what,
+                 "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 ,.:;()+-") ||
         progress->done > progress->total)
         return false;
     jobs_progress(runner->jobs, runner->task, progress->what, progress->done, progress->total);

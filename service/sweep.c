@@ -7,7 +7,6 @@
 
 #include <errno.h>
 #include <getopt.h>
-#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +17,7 @@
 #include "service/cli.h"
 #include "service/encode.h"
 #include "service/files.h"
+#include "service/sweep_ask.h"
 #include "service/sweep_picture.h"
 #include "service/sweep_write.h"
 
@@ -42,10 +42,7 @@ static const char usage[] =
 struct options {
     const char *output, *assets;
     bool json, quiet, verbose;
-    struct sweep_options sweep;
-    char *names;         /* --series, cut at its commas */
-    const char **series; /* owned */
-    int *qualities;      /* owned */
+    struct sweep_ask ask;
     struct renderer_options gl;
 };
 
@@ -60,82 +57,6 @@ enum {
     OPT_QUIET,
     OPT_VERBOSE
 };
-
-/* One whole number from `min` to `max`, up to `*end`. */
-static bool parse_number(const char *text, const char **end, long min, long max, long *number) {
-    char *stop;
-    errno = 0;
-    *number = strtol(text, &stop, 10);
-    *end = stop;
-    return !errno && stop != text && *text >= '0' && *text <= '9' && *number >= min &&
-           *number <= max;
-}
-
-static bool parse_whole(const char *text, int max, int *number) {
-    long value;
-    const char *end;
-    if (!parse_number(text, &end, 1, max, &value) || *end)
-        return false;
-    *number = (int)value;
-    return true;
-}
-
-static size_t count_items(const char *text) {
-    size_t count = 1;
-    for (; *text; text++)
-        count += *text == ',';
-    return count;
-}
-
-/* What lies outside a member's range is told by sweep_check(), which knows the members. */
-static bool parse_qualities(const char *text, struct options *options) {
-    size_t count = count_items(text);
-    free(options->qualities);
-    options->qualities = malloc(count * sizeof *options->qualities);
-    if (!options->qualities)
-        return false;
-    for (size_t i = 0; i < count; i++) {
-        long value;
-        if (!parse_number(text, &text, 0, INT_MAX, &value) || *text != (i + 1 < count ? ',' : 0))
-            return false;
-        text++;
-        options->qualities[i] = (int)value;
-    }
-    options->sweep.qualities = options->qualities;
-    options->sweep.quality_count = count;
-    return true;
-}
-
-static bool parse_series(const char *text, struct options *options) {
-    size_t count = count_items(text);
-    free(options->names);
-    free(options->series);
-    options->names = strdup(text);
-    options->series = malloc(count * sizeof *options->series);
-    if (!options->names || !options->series)
-        return false;
-    char *at = options->names;
-    for (size_t i = 0; i < count; i++) {
-        options->series[i] = at;
-        at += strcspn(at, ",");
-        *at++ = 0;
-    }
-    options->sweep.series = options->series;
-    options->sweep.series_count = count;
-    return true;
-}
-
-static bool parse_pixels(const char *text, struct sweep_options *options) {
-    int count;
-    options->pixels = SWEEP_PIXELS_ALL;
-    if (strcmp(text, "all") == 0)
-        return true;
-    if (!parse_whole(text, INT_MAX, &count))
-        return false;
-    options->pixels = SWEEP_PIXELS_SOME;
-    options->pixel_count = (size_t)count;
-    return true;
-}
 
 /* 0, or the exit code after a message; -1: the help was printed. */
 static int parse_options(int argc, char **argv, struct options *options) {
@@ -161,19 +82,19 @@ static int parse_options(int argc, char **argv, struct options *options) {
             options->output = optarg;
             break;
         case OPT_SERIES:
-            good = parse_series(optarg, options);
+            good = sweep_ask_set(&options->ask, "series", optarg);
             break;
         case OPT_QUALITY:
-            good = parse_qualities(optarg, options);
+            good = sweep_ask_set(&options->ask, "quality", optarg);
             break;
         case OPT_REPEATS:
-            good = parse_whole(optarg, INT_MAX, &options->sweep.repeats);
+            good = sweep_ask_set(&options->ask, "repeats", optarg);
             break;
         case OPT_PIXELS:
-            good = parse_pixels(optarg, &options->sweep);
+            good = sweep_ask_set(&options->ask, "pixels", optarg);
             break;
         case OPT_THREADS:
-            good = parse_whole(optarg, INT_MAX, &options->sweep.threads);
+            good = sweep_ask_set(&options->ask, "threads", optarg);
             break;
         case OPT_ASSETS:
             options->assets = optarg;
@@ -245,7 +166,7 @@ static int check_options(int scene_count, const struct options *options) {
         return status_exit_code(STATUS_IO_ERROR);
     }
     struct error err = {0};
-    enum status status = sweep_check(&options->sweep, &err);
+    enum status status = sweep_check(&options->ask.options, &err);
     if (status != STATUS_OK)
         cli_print_error("sweep", &err);
     error_clear(&err);
@@ -388,7 +309,7 @@ static enum status run(const char *path, const struct options *options, struct e
     struct file_assets files = {0};
     struct renderer *renderer = NULL;
     struct sweep *sweep = NULL;
-    struct sweep_options asked = options->sweep;
+    struct sweep_options asked = options->ask.options;
     struct progress progress = {.began_ms = clock_now_ms(), .terminal = isatty(STDERR_FILENO) != 0};
     if (!options->quiet && (options->verbose || progress.terminal)) {
         asked.progress = show_progress;
@@ -428,8 +349,6 @@ int sweep_main(int argc, char **argv) {
         }
         error_clear(&err);
     }
-    free(options.names);
-    free(options.series);
-    free(options.qualities);
+    sweep_ask_finish(&options.ask);
     return code < 0 ? 0 : code;
 }

@@ -225,6 +225,44 @@ def test_progress_rises_and_delete_ends_the_process():
         until_state(daemon, submit(daemon, TINY), "done")
 
 
+def test_a_sweep():
+    """POST /v1/sweep gives what `pelt sweep` gives of the same scene, but for its times."""
+    with Daemon("--workers", "1") as daemon, tempfile.TemporaryDirectory() as folder:
+        where = daemon.post(TINY, path="/v1/sweep?quality=4,8&repeats=2", accept="application/json")
+        assert where.status == 202, where.body
+        where = where.headers["Location"]
+        assert look(daemon, where)["kind"] == "sweep"
+        job = until_state(daemon, where, "done", "failed")
+        assert job["state"] == "done", job
+        assert [row["name"] for row in job["results"]] == [
+            "sweep.json", "sweep.csv", "sweep.html", "reference.png", "reference.exr"]
+        with open(os.path.join(folder, "scene.json"), "w") as file:
+            json.dump(TINY, file)
+        subprocess.run([PELT, "sweep", os.path.join(folder, "scene.json"), "--quality", "4,8",
+                        "--repeats", "2", "-o", folder, "--quiet"], check=True, timeout=120)
+        with open(os.path.join(folder, "sweep.json")) as file:
+            here = json.load(file)
+        there = daemon.get(where + "/result", Accept="application/json").json()
+        for a, b in zip(here["series"], there["series"], strict=True):
+            assert a["name"] == b["name"] and a["model"] == b["model"]
+            for p, q in zip(a["points"], b["points"], strict=True):
+                assert p["quality"] == q["quality"] and p["error"] == q["error"]
+        with open(os.path.join(folder, "reference.exr"), "rb") as file:
+            assert file.read() == daemon.get(where + "/result/reference.exr").body
+        assert daemon.get(where + "/result", Accept="text/html").body[:15].lower() == b"<!doctype html>"
+        assert daemon.get(where + "/result", Accept="text/csv").body.count(b"\n") >= 5
+        for query, word in (("quality=4,x", "quality"), ("quality=0", "quality"), ("depth=3", "depth"),
+                            ("series=none", "none"), ("repeats=0", "repeats"), ("pixels=few", "pixels"),
+                            ("threads=64", "threads"), ("quality=", "quality")):
+            reply = daemon.post(TINY, path="/v1/sweep?" + query, accept="application/json")
+            assert reply.status == 400 and word in reply.body.decode(), (query, reply.body)
+        # Deleted at once, whatever it is at.
+        where = daemon.post(FOREVER, path="/v1/sweep", accept="application/json").headers["Location"]
+        until_runs(daemon, where, look(daemon, where)["progress"]["what"])
+        assert daemon.request("DELETE", where).status == 204
+        daemon.until(lambda: not children(daemon), "no process is left")
+
+
 def test_methods_and_names():
     with Daemon("--workers", "1") as daemon:
         nowhere = "/v1/jobs/" + "0" * 32

@@ -143,6 +143,12 @@ def ask_about_jobs(daemon, document):
         ask(200, "GET", row["href"])
     for accept in ["image/png", "image/x-exr", "application/json"]:
         ask(200, "GET", where + "/result", accept)
+    ask(400, "POST", "/v1/sweep?quality=none", body=scene(side=8))
+    swept = ask(202, "POST", "/v1/sweep?quality=2,4&repeats=1&series=tetra-walk",
+                body=scene(side=8)).headers["Location"]
+    daemon.until(lambda: daemon.get(swept).json()["state"] == "done", "the sweep is done")
+    for accept in ["application/json", "text/html", "text/csv"]:
+        ask(200, "GET", swept + "/result", accept)
     ask(406, "GET", where + "/result", "text/html")
     ask(405, "POST", where + "/result")
     ask(404, "GET", where + "/result/none")

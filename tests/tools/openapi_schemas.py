@@ -32,7 +32,7 @@ def rename(value, prefix):
 
 def components():
     rows = {}
-    for name in ("Scene", "Report", "Problem"):
+    for name in ("Scene", "Report", "Problem", "Sweep"):
         prefix = name + "."
         with open(os.path.join(API, name.lower() + ".schema.json")) as file:
             schema = json.load(file)
