@@ -160,6 +160,7 @@ enum scene_path {
 };
 
 enum scene_order { SCENE_ORDER_AUTO, SCENE_ORDER_SORTED, SCENE_ORDER_WALK };
+enum scene_map { SCENE_MAP_AUTO, SCENE_MAP_AFFINE, SCENE_MAP_EXACT };
 enum scene_traversal { SCENE_TRAVERSAL_FIXED, SCENE_TRAVERSAL_ADAPTIVE, SCENE_TRAVERSAL_DDA };
 enum scene_slicing_method {
     SCENE_SLICING_AUTO,
@@ -175,6 +176,7 @@ struct scene_quality {
     int samples; /* tetra: steps across one thickness at normal incidence */
     enum scene_order order;
     enum scene_traversal traversal;
+    enum scene_map map;
     int slices;
     enum scene_slicing_method method;
     int rank;

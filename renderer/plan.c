@@ -42,6 +42,8 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
         }
         object->walk = (medium || solid) && possible &&
                        (asked == SCENE_ORDER_WALK || (asked == SCENE_ORDER_AUTO && may_walk));
+        object->exact = object->object->quality.map != SCENE_MAP_AFFINE && (medium || solid) &&
+                        !object->volume->homogeneous && !object->shell->affine;
     }
     return STATUS_OK;
 }
@@ -107,6 +109,20 @@ static uint32_t find_flags(const struct plan *plan, const struct path_object *ob
     return flags;
 }
 
+void plan_warn_uneven(const struct path_object *objects, size_t count, struct report *report) {
+    for (size_t i = 0; i < count; i++) {
+        if (!objects[i].exact || objects[i].shell->diagnosis.uneven == 0)
+            continue;
+        char pointer[64];
+        snprintf(pointer, sizeof pointer, "%s/quality/map", objects[i].pointer);
+        report_warn(
+            report, "uneven-prisms", pointer, objects[i].shell->diagnosis.uneven,
+            objects[i].shell->diagnosis.uneven_first,
+            "prisms nearly fold, and their own map cannot be inverted in a few steps; their "
+            "cells are read by the affine one");
+    }
+}
+
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
                struct plan *plan) {
     *plan = (struct plan){.k = (int)lround(sqrt(scene->image.samples)),
@@ -128,7 +144,7 @@ void plan_make(const struct scene *scene, const struct path_object *objects, siz
 
 /* What no other field of the plan tells. */
 struct needs {
-    bool images, gltf, shells, behind, sorted, cells, voxels, homogeneous, gradients;
+    bool exact, curved, images, gltf, shells, behind, sorted, cells, voxels, homogeneous, gradients;
 };
 
 static struct needs find_needs(const struct scene *scene, const struct path_object *objects,
@@ -149,6 +165,8 @@ static struct needs find_needs(const struct scene *scene, const struct path_obje
         needs.sorted |= medium && !object->walk;
         needs.cells |= (medium || solid) && !object->walk;
         needs.voxels |= !object->volume->homogeneous;
+        needs.exact |= object->exact;
+        needs.curved |= !object->volume->homogeneous && !object->shell->affine;
         needs.homogeneous |= object->volume->homogeneous && medium;
         needs.gradients |= variant_needs_normals(object, (int)scene->light_count);
     }
@@ -228,6 +246,11 @@ void plan_report(const struct plan *plan, const struct scene *scene,
     tell(report, "sort", needs.sorted, "semi-transparent tetrahedra are drawn back to front",
          plan->media    ? "rays walk from cell to cell, front to back"
          : needs.shells ? "nothing is semi-transparent: the first surface decides"
+                        : NO_SHELL);
+    tell(report, "exact-map", needs.exact, "textures are read by the prisms' own map",
+         needs.curved   ? "quality.map asks for the tetrahedra's affine map"
+         : needs.voxels ? "every prism is affine: both maps are one"
+         : needs.shells ? "no shell has voxels"
                         : NO_SHELL);
     tell(report, "media", plan->media, "a material has a medium",
          needs.shells ? "no material has a medium: nothing is blended" : NO_SHELL);

@@ -21,15 +21,19 @@ struct plan {
     int k;                   /* samples along a pixel's side */
 };
 
-/* Decides which shells rays walk through (path_object.walk) and of which the cells are drawn: as
- * the scene asks, else walked wherever that is possible. STATUS_NOT_IMPLEMENTED, with its pointer,
- * where the scene asks for a walk that is not. Without `may_walk` a walk is only what the scene
- * asks. */
+/* Decides by which map textures are read (path_object.exact): as the scene asks, else exactly
+ * wherever that makes a difference. And which shells rays walk through (path_object.walk) and of
+ * which the cells are drawn: as the scene asks, else walked wherever that is possible.
+ * STATUS_NOT_IMPLEMENTED, with its pointer, where the scene asks for a walk that is not. Without
+ * `may_walk` a walk is only what the scene asks. */
 enum status plan_order(struct path_object *objects, size_t count, bool may_walk, struct error *err);
 
 /* Warns where semi-transparent shells may overlap (their bounds do): this version mixes their
  * colours cell by cell, the truth by extinction. */
 void plan_warn_overlaps(const struct path_object *objects, size_t count, struct report *report);
+
+/* Warns of prisms in which an object that is `exact` is read by the affine map all the same. */
+void plan_warn_uneven(const struct path_object *objects, size_t count, struct report *report);
 
 /* `objects` are ready but for textures. */
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,

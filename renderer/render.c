@@ -162,6 +162,8 @@ static void resolve_objects(struct scene *scene, const struct prepared *prepared
         struct scene_object *spec = &scene->objects[i];
         spec->quality.samples = object->samples;
         spec->quality.order = object->walk ? SCENE_ORDER_WALK : SCENE_ORDER_SORTED;
+        if (spec->quality.map == SCENE_MAP_AUTO && !object->volume->homogeneous)
+            spec->quality.map = object->exact ? SCENE_MAP_EXACT : SCENE_MAP_AFFINE;
         if (!object->volume->homogeneous)
             memcpy(spec->shell.material.size, object->volume->size,
                    sizeof spec->shell.material.size);
@@ -235,6 +237,7 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
     }
     resolve_objects(&report->resolved, prepared);
     plan_warn_overlaps(prepared->objects, prepared->object_count, report);
+    plan_warn_uneven(prepared->objects, prepared->object_count, report);
     plan_make(&report->resolved, prepared->objects, prepared->object_count, plan);
     force_plan(renderer->force, plan);
     plan_report(plan, &report->resolved, prepared->objects, prepared->object_count, report);

@@ -2,6 +2,7 @@
  * in each step (midpoint rule, second order). Dufort et al. 2005, section 4.3: their
  * alpha_i = 1 - (1 - alpha_t)^(dt |V|) is the same in terms of tau = -log(1 - alpha). */
 #include "common_math.glsl"
+#include "common_prism.glsl"
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
@@ -20,21 +21,19 @@ struct Ray {
     bool whole;
 };
 
-/* `at_in`, `along`: texture coordinates where the segment begins, and from there to its end; `span`
- * its length in object units; `to_world` maps gradients per voxel to world normals; `v` points toward
- * the viewer. */
-void march(inout Ray ray, vec3 at_in, vec3 along, float span, mat3 to_world, vec3 v) {
+/* Along one segment; `span` is its length in object units, `v` points toward the viewer. */
+void march(inout Ray ray, inout Way way, float span, vec3 v) {
     /* The bound on the loop is a uniform: a count from interpolants can run away. */
     float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
     float length_scaled = span / steps * frame[FRAME_STEP].y, i = 0.5;
     do {
-        vec3 q = at_in + along * (i / steps);
+        vec3 q = way_at(way, i / steps);
         vec4 m = texture(medium, q); /* extinction-weighted colour, extinction */
         vec3 source = m.rgb / max(m.a, 1.0e-30);
 #if (VARIANT & FLAG_LIT) != 0
         vec3 gradient = texture(medium_gradient, q).xyz;
         float g = length(gradient);
-        vec3 n = to_world * gradient;
+        vec3 n = way_normal(way, gradient);
         n *= inversesqrt(max(dot(n, n), 1.0e-37));
         source = lit(source, n, v, g / (g + 0.01));
 #elif (VARIANT & FLAG_AMBIENT) != 0

@@ -1,5 +1,6 @@
 /* Solids: the first point along a segment of a ray where the solid field s reaches 1/2, and what it looks
  * like there. */
+#include "common_prism.glsl"
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
@@ -9,21 +10,21 @@ layout(binding = BINDING_SOLID) uniform sampler3D solid;
 layout(binding = BINDING_SOLID_GRADIENT) uniform sampler3D solid_gradient;
 #endif
 
-/* From `at_in` on, `along` to the segment's end, in texture coordinates; `span` its length in object
- * units. True where the surface is met, `where` then in [0, 1]: 0 if the segment begins inside. `whole`
- * becomes false where the driver ended the search: llvmpipe lets all loops of an invocation turn
- * 65,535 times together, and then ends them without a word. */
-bool find_solid(vec3 at_in, vec3 along, float span, out float where, inout bool whole) {
+/* Along one segment; `span` is its length in object units. True where the surface is met, `where` then
+ * in [0, 1]: 0 if the segment begins inside. `whole` becomes false where the driver ended the search:
+ * llvmpipe lets all loops of an invocation turn 65,535 times together, and then ends them without a
+ * word. */
+bool find_solid(inout Way way, float span, out float where, inout bool whole) {
     /* March to the first sample inside, entry included. The bound on the loop is a uniform: a count
      * from interpolants can run away. */
     float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
-    float s_out = texture(solid, at_in).a, s_in = s_out;
+    float s_out = texture(solid, way_at(way, 0.0)).a, s_in = s_out;
     float low = 0.0, high = 0.0, i = 0.0;
     bool found = s_in >= 0.5;
     do {
         i += 1.0;
         float at = i / steps;
-        float s = texture(solid, at_in + along * at).a;
+        float s = texture(solid, way_at(way, at)).a;
         bool enters = !found && s >= 0.5;
         low = found || enters ? low : at;
         s_out = found || enters ? s_out : s;
@@ -39,7 +40,7 @@ bool find_solid(vec3 at_in, vec3 along, float span, out float where, inout bool 
         float by_value = low + (high - low) * (0.5 - s_out) / max(s_in - s_out, 1.0e-6);
         float middle = (k & 1) == 0 ? by_value : 0.5 * (low + high);
         middle = clamp(middle, low, high);
-        float s = texture(solid, at_in + along * middle).a;
+        float s = texture(solid, way_at(way, middle)).a;
         bool inside = s >= 0.5;
         high = inside ? middle : high;
         s_in = inside ? s : s_in;

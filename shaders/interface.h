@@ -5,9 +5,10 @@
 
 /* Which variants of a program that knows the flags `known` make sense: a cell holds one thing, not
  * two (media of other objects are other draws); a homogeneous medium is unlit, its colour is its
- * radiance; a highlight needs a light with a direction, and where there is none nothing needs a
- * normal; a surface is always lit; solids are hidden by the depth test, not by clipping. The checks
- * compile every variant for which this holds, and gl_programs_get() takes no other. */
+ * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
+ * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
+ * by clipping. The checks compile every variant for which this holds, and gl_programs_get() takes
+ * no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
 #define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
 #define VARIANT_MAKES_SENSE(v, known)                                                              \
@@ -17,7 +18,8 @@
      ((v)&FLAGS_LIGHT) != FLAGS_LIGHT &&                                                           \
      (((v)&FLAGS_LIGHT) != 0 || ((known)&FLAG_TEXTURED) == 0) &&                                   \
      (((v)&FLAG_SPECULAR) == 0 || ((v)&FLAG_LIT) != 0) &&                                          \
-     (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0))
+     (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0) &&                                        \
+     (((v)&FLAG_EXACT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -31,6 +33,7 @@
 #define FLAG_BLOCKS      0x0100 /* resolve: only blocks of pixels, one after another */
 #define FLAG_AMBIENT     0x0200 /* ambient light alone, the same from everywhere: no normals */
 #define FLAG_FP64        0x0400 /* rays meet cells in doubles (renderer/shell/precision.h) */
+#define FLAG_EXACT       0x0800 /* texture coordinates by the prisms' own map, not the tetrahedra's */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
 
 #define LIGHTS_MAX        8
@@ -78,6 +81,7 @@
 #define BINDING_ENTRIES         9  /* usamplerBuffer: where rays enter a shell */
 #define BINDING_FIRST           10 /* usamplerBuffer: a sample's first entry */
 #define BINDING_BLOCKS          11 /* samplerBuffer: the blocks' lower left pixels */
+#define BINDING_MAPS            13 /* samplerBuffer: the prisms' own maps, prism_map.h */
 
 #define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
 #define COUNT_SLOTS   64
@@ -89,6 +93,7 @@
 #define CELL_TEXELS 8
 #define WALK_TEXELS 6
 #define LOW_TEXELS  3 /* of the four vectors that a ray is met with, one after another */
+#define MAP_TEXELS  5
 
 /* A face of a cell is cell << 2 | face; this is none. */
 #define LINK_NONE 0xffffffffu

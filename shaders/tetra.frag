@@ -189,6 +189,19 @@ void main() {
     picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
     through = vec4(exp(-tau));
 #else
+#if (VARIANT & FLAG_LIT) != 0
+    vec3 v = view_vector(p);
+#else
+    vec3 v = vec3(0.0);
+#endif
+#if (VARIANT & FLAG_EXACT) != 0
+    Way way = way_begin(cell, tetra.uvw0.xy, vec3(hits.lambda_in),
+                        vec3(hits.lambda_out - hits.lambda_in));
+#if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
+    REAL whole = hits.h_out - hits.h_in;
+    way_cut(way, float((begin - hits.h_in) / whole), float((end - hits.h_in) / whole));
+#endif
+#else
     vec3 at_in = texture_at(tetra, hits.lambda_in), at_out = texture_at(tetra, hits.lambda_out);
 #if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
     REAL whole = hits.h_out - hits.h_in;
@@ -196,18 +209,17 @@ void main() {
     at_out = at_in + all_along * float((end - hits.h_in) / whole);
     at_in = at_in + all_along * float((begin - hits.h_in) / whole);
 #endif
-    vec3 along = at_out - at_in;
 #if (VARIANT & FLAG_LIT) != 0
-    vec3 v = view_vector(p);
     mat3 to_world = normal_map(tetra);
 #else
-    vec3 v = vec3(0.0);
     mat3 to_world = mat3(0.0);
+#endif
+    Way way = Way(at_in, at_out - at_in, to_world);
 #endif
 
 #if (VARIANT & FLAG_MEDIUM) != 0
     Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
-    march(ray, at_in, along, span, to_world, v);
+    march(ray, way, span, v);
     picture = vec4(ray.color, ray.tau);
     through = vec4(exp(-ray.tau));
 #endif
@@ -215,7 +227,7 @@ void main() {
 #if (VARIANT & FLAG_SOLID) != 0
     float where;
     bool searched = true; /* a cell's steps are bounded (FRAME_STEP) far below what a driver allows */
-    if (!find_solid(at_in, along, span, where, searched))
+    if (!find_solid(way, span, where, searched))
         discard;
     /* Cut open by the shell's boundary: the face entered, the one opposite the vertex whose
      * coordinate is 0 there. */
@@ -226,7 +238,8 @@ void main() {
     vec3 b = lambda_0 == least || lambda.z != least ? tetra.e3 : tetra.e2;
     b = lambda_0 == least ? tetra.e3 - tetra.e1 : b;
     vec3 cut = world_normal(cross(a, b));
-    picture = vec4(shade_solid(at_in + along * where, to_world, v, where == 0.0, cut), OPAQUE_DEPTH);
+    vec3 q = way_at(way, where);
+    picture = vec4(shade_solid(q, way_to_world(way), v, where == 0.0, cut), OPAQUE_DEPTH);
     gl_FragDepth = float(DEPTH_OF_T(t0 + begin + (end - begin) * where, frame[FRAME_O0].w));
 #endif
 #endif

@@ -74,6 +74,9 @@ void main() {
     uint here = start;
     bool walking = start != LINK_NONE;
     REAL t = REAL(-1.0);
+#if (VARIANT & FLAG_EXACT) != 0
+    REAL t_map = REAL(-1.0); /* where the last segment ended */
+#endif
     int visit = 0;
     bool complete = false; /* the loop ended by itself, not at a bound */
 #if (VARIANT & FLAG_SOLID) != 0
@@ -139,6 +142,22 @@ void main() {
         total += span;
         bool finished = t_out >= t_stop - near || at_base || leaves_by_base;
 #else
+#if (VARIANT & FLAG_EXACT) != 0
+        /* Segments end where the prism does, not the cell. */
+        t_in = enters ? t_in : t_map - near;
+        float from = float(t_in - t_out), to;
+        Way way = way_walk(uint(cell), next_face, vec2(c0.w, c1.w),
+                           vec3(a1 + t_out * b1, a2 + t_out * b2, a3 + t_out * b3), vec3(b1, b2, b3), from,
+                           at_base ? from : float(t_stop - near - t_out), to);
+        t_end = t_out + to;
+        span = float(t_end - t_in) * speed;
+        t_map = t_end + near;
+#if (VARIANT & FLAG_SOLID) != 0 && (VARIANT & FLAG_LIT) != 0
+        float scale = texelFetch(cells, at + 5).w;
+        vec3 n1 = world_normal(c1.xyz * scale), n2 = world_normal(c2.xyz * scale);
+        vec3 n3 = world_normal(c3.xyz * scale);
+#endif
+#else
         vec4 c4 = texelFetch(cells, at + 4), c5 = texelFetch(cells, at + 5);
         vec3 u1 = vec3(c2.w, c3.w, c4.x), u2 = c4.yzw, u3 = c5.xyz;
         vec3 at_in = vec3(c0.w, c1.w, 0.0) + float(a1 + t_in * b1) * u1 + float(a2 + t_in * b2) * u2 +
@@ -155,18 +174,22 @@ void main() {
         to_world = mat3(n1 * u1.x + n2 * u2.x + n3 * u3.x, n1 * u1.y + n2 * u2.y + n3 * u3.y,
                         n1 * u1.z + n2 * u2.z + n3 * u3.z);
 #endif
+        Way way = Way(at_in, along, to_world);
+#endif
 #if (VARIANT & FLAG_SOLID) != 0
         float where;
-        bool meets = find_solid(at_in, along, span, where, whole) && !at_base;
+        bool meets = find_solid(way, span, where, whole) && !at_base;
         t_out = meets ? t_in + (t_end - t_in) * where : t_out;
         /* Kept for shading after the walk. Each is chosen between its old and its new value: what a
          * loop overwrites in every turn and only code after it reads is, on llvmpipe 22.3, that of the
          * last lane to leave. */
         found = found || meets;
-        q_found = meets ? at_in + along * where : q_found;
-        to_world_found[0] = meets ? to_world[0] : to_world_found[0];
-        to_world_found[1] = meets ? to_world[1] : to_world_found[1];
-        to_world_found[2] = meets ? to_world[2] : to_world_found[2];
+        vec3 q = way_at(way, where);
+        q_found = meets ? q : q_found;
+        mat3 to_world_here = way_to_world(way);
+        to_world_found[0] = meets ? to_world_here[0] : to_world_found[0];
+        to_world_found[1] = meets ? to_world_here[1] : to_world_found[1];
+        to_world_found[2] = meets ? to_world_here[2] : to_world_found[2];
         at_boundary = meets ? from_boundary && where == 0.0 : at_boundary;
 #if (VARIANT & FLAG_LIT) != 0
         vec3 n_face = face == 0 ? n1 + n2 + n3 : -(face == 1 ? n1 : face == 2 ? n2 : n3);
@@ -174,7 +197,7 @@ void main() {
 #endif
         bool finished = found || at_base || leaves_by_base;
 #else
-        march(ray, at_in, along, span, to_world, v);
+        march(ray, way, span, v);
         bool finished = t_out >= t_stop - near || at_base || leaves_by_base ||
                         ray.left < frame[FRAME_SCREEN].z;
 #endif

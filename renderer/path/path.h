@@ -38,6 +38,7 @@ struct path_object {
     int samples; /* steps across one thickness */
     bool walk;   /* rays walk through it from cell to cell; else its cells are drawn */
     bool fp64;   /* rays meet its cells in doubles (shell/precision.h) */
+    bool exact;  /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
     uint32_t forced; /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */
 };

@@ -17,6 +17,7 @@
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
 #include "renderer/path/path.h"
+#include "renderer/path/prism_maps.h"
 #include "renderer/path/resident.h"
 #include "renderer/path/variant.h"
 #include "renderer/path/walk.h"
@@ -58,6 +59,7 @@ struct tetra {
     GLuint vertex_array, vertices, elements, frame_buffer;
     GLint texels_max;
     struct outlines media, solids;
+    struct prism_maps maps;
     struct walk_pass *walk;
 };
 
@@ -86,6 +88,7 @@ static void tetra_destroy(void *state) {
     glDeleteBuffers(1, &tetra->vertices);
     glDeleteBuffers(1, &tetra->elements);
     glDeleteBuffers(1, &tetra->frame_buffer);
+    prism_maps_finish(&tetra->maps);
     walk_pass_destroy(tetra->walk);
     outlines_finish(&tetra->media);
     outlines_finish(&tetra->solids);
@@ -95,13 +98,14 @@ static void tetra_destroy(void *state) {
 static enum status tetra_create(void **state, struct error *err) {
     struct tetra *tetra = calloc(1, sizeof *tetra);
     if (tetra)
-        tetra->walk = walk_pass_create();
+        tetra->walk = walk_pass_create(&tetra->maps);
     if (!tetra || !tetra->walk) {
         free(tetra);
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the tetra path");
     }
     tetra->shells.bytes_max = DEVICE_BYTES_MAX;
     tetra->shells.destroy = destroy_shell;
+    prism_maps_init(&tetra->maps);
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &tetra->texels_max);
     glCreateBuffers(1, &tetra->vertices);
     glCreateBuffers(1, &tetra->elements);
@@ -364,6 +368,8 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         picture->report->work.segments += both[i]->outline_count;
 
     stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
+    if (status == STATUS_OK)
+        status = prism_maps_prepare(&tetra->maps, picture, err);
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
         if (!object->shell)
@@ -423,6 +429,7 @@ static enum status draw_outlines(struct tetra *tetra, struct picture *picture,
                 resident_find(&tetra->shells, object->shell->serial);
             glBindTextureUnit(BINDING_CELLS, device->texture);
             glBindTextureUnit(BINDING_CELLS_LOW, device->low_texture);
+            prism_maps_bind(&tetra->maps, object);
             if (object->baked) /* a homogeneous medium has no textures */
                 bind_textures(object->baked, solid);
             bound = run->object;

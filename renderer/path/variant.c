@@ -20,6 +20,8 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
         flags |= FLAG_EYE_INSIDE;
     if (object->fp64)
         flags |= FLAG_FP64;
+    if (object->exact)
+        flags |= FLAG_EXACT;
     if (variant_needs_normals(object, lights))
         flags |= FLAG_LIT | (volume->specular > 0 ? FLAG_SPECULAR : object->forced & FLAG_SPECULAR);
     else if (is_lit(volume))

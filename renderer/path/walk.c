@@ -27,6 +27,7 @@ struct doors {
 
 struct walk_pass {
     struct resident_cache shells;
+    struct prism_maps *maps;
     struct doors *doors; /* for each object of the picture; kept for the next one */
     size_t door_count;
     GLuint frame_buffer, array;
@@ -40,10 +41,11 @@ static void destroy_device(void *data) {
     free(device);
 }
 
-struct walk_pass *walk_pass_create(void) {
+struct walk_pass *walk_pass_create(struct prism_maps *maps) {
     struct walk_pass *pass = calloc(1, sizeof *pass);
     if (!pass)
         return NULL;
+    pass->maps = maps;
     pass->shells.bytes_max = DEVICE_BYTES_MAX;
     pass->shells.destroy = destroy_device;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &pass->texels_max);
@@ -228,6 +230,7 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     glBindTextureUnit(BINDING_CELLS, device->textures[CELLS]);
     glBindTextureUnit(BINDING_LINKS, device->textures[LINKS]);
     glBindTextureUnit(BINDING_CELLS_LOW, device->textures[LOW]);
+    prism_maps_bind(pass->maps, object);
     glBindTextureUnit(BINDING_FIRST, doors->textures[0]);
     glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);
     if (object->baked)

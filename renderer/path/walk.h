@@ -4,9 +4,10 @@
 #define PELT_RENDERER_PATH_WALK_H
 
 #include "renderer/path/path.h"
+#include "renderer/path/prism_maps.h"
 
 struct walk_pass; /* device tables that outlive pictures */
-struct walk_pass *walk_pass_create(void);
+struct walk_pass *walk_pass_create(struct prism_maps *maps); /* borrowed; prepared by the caller */
 void walk_pass_destroy(struct walk_pass *pass); /* takes NULL; the context must be current */
 
 /* Whether rays can walk through an object's shell: it has no cells without volume and, where rays

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "renderer/asset/mesh_thickness.h"
+#include "renderer/shell/prism_map.h"
 
 /* One prism: its mesh triangle's corners in ascending order of their welded vertices. */
 struct prism {
@@ -191,6 +192,16 @@ static void measure_tiles(const struct mesh *mesh, const double tiles[2], struct
         shell->tiles_rate[a] = area > 0 ? sqrt(sum[a] / area) : 0;
 }
 
+static void survey_maps(const struct mesh *mesh, struct shell *shell) {
+    shell->affine = true;
+    for (uint32_t f = 0; f < mesh->triangle_count; f++) {
+        enum prism_map_kind kind = prism_map_look(shell, f);
+        shell->affine &= kind == PRISM_MAP_AFFINE;
+        if (kind == PRISM_MAP_UNEVEN && shell->diagnosis.uneven++ == 0)
+            shell->diagnosis.uneven_first = f;
+    }
+}
+
 enum status shell_build(const struct mesh *mesh, double thickness, const double tiles[2],
                         const char *pointer, struct shell **out, struct error *err) {
     *out = NULL;
@@ -241,6 +252,7 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
     build_cells(mesh, tiles, shell);
     link_prisms(mesh, shell);
     measure_tiles(mesh, tiles, shell);
+    survey_maps(mesh, shell);
     shell->diagnosis.folded = limit.folded;
     shell->diagnosis.folded_first = limit.folded_first;
     shell->diagnosis.limited = limit.limited;

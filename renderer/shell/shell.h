@@ -8,6 +8,7 @@
 #ifndef PELT_RENDERER_SHELL_SHELL_H
 #define PELT_RENDERER_SHELL_SHELL_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -39,12 +40,14 @@ struct shell {
     double thickness;
     double tiles_rate[2]; /* tiles along u and v that a unit of length on the mesh passes at the
                              steepest: the root of the mean square over its area */
+    bool affine;          /* every prism is affine to what fp32 can tell (prism_map.h) */
     struct shell_diagnosis {
         uint64_t folded, folded_first;     /* prisms thinned so as not to fold; mesh triangle */
         uint64_t limited;                  /* vertices that are lower for it */
         double least;                      /* the lowest, object units */
         uint64_t inverted, inverted_first; /* prisms that no thickness mends */
         uint64_t flat, flat_first;         /* tetrahedra without volume: they hold nothing */
+        uint64_t uneven, uneven_first;     /* prisms too uneven for their own map (prism_map.h) */
     } diagnosis;
     size_t bytes;
     int references;

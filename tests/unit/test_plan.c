@@ -10,11 +10,11 @@
 
 /* Every row of the plan. */
 static const char *const parts[] = {
-    "surface",   "entries",      "solid",         "sort",          "media",
-    "resolve",   "trials",       "error",         "supersampling", "depth",
-    "occluded",  "voxels",       "closed-form",   "cells",         "eye-inside",
-    "fp64",      "light",        "ambient",       "shadow",        "specular",
-    "gradients", "mesh-normals", "base-textures", "OpenImageIO",   "tinygltf"};
+    "surface",     "entries",     "solid",    "sort",          "exact-map",    "media",
+    "resolve",     "trials",      "error",    "supersampling", "depth",        "occluded",
+    "voxels",      "closed-form", "cells",    "eye-inside",    "fp64",         "light",
+    "ambient",     "shadow",      "specular", "gradients",     "mesh-normals", "base-textures",
+    "OpenImageIO", "tinygltf"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -37,37 +37,39 @@ struct row {
 };
 
 static const struct row rows[] = {
-    {ONE SHELL(SPHERE, CHAIN, "") END, "entries solid resolve voxels light gradients",
-     "WALK:solid+lit RESOLVE:"},
+    {ONE SHELL(SPHERE, CHAIN, "") END, "entries solid exact-map resolve voxels light gradients",
+     "WALK:solid+lit+exact RESOLVE:"},
     {VIEW("4", "") SHELL(SPHERE, CHAIN, "") END,
-     "entries solid resolve supersampling voxels light gradients", "WALK:solid+lit RESOLVE:"},
-    {DIM SHELL(SPHERE, CHAIN, "") END, "entries solid resolve voxels ambient",
-     "WALK:solid+ambient RESOLVE:"},
+     "entries solid exact-map resolve supersampling voxels light gradients",
+     "WALK:solid+lit+exact RESOLVE:"},
+    {DIM SHELL(SPHERE, CHAIN, "") END, "entries solid exact-map resolve voxels ambient",
+     "WALK:solid+ambient+exact RESOLVE:"},
     {VIEW("1", "'report': {'error': 'estimate'}, ") SHELL(SPHERE, FUR ", 'lit': false", "") END,
-     "entries media resolve error voxels", "WALK:medium RESOLVE: RESOLVE:blocks"},
-    {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") END, "entries solid resolve voxels",
-     "WALK:solid RESOLVE:"},
+     "entries exact-map media resolve error voxels", "WALK:medium+exact RESOLVE: RESOLVE:blocks"},
+    {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") END, "entries solid exact-map resolve voxels",
+     "WALK:solid+exact RESOLVE:"},
     {ONE SHELL(SPHERE, CHAIN ", 'specular': 1", "") END,
-     "entries solid resolve voxels light specular gradients", "WALK:solid+lit+specular RESOLVE:"},
-    {DIM SHELL(SPHERE, CHAIN ", 'specular': 1", "") END, "entries solid resolve voxels ambient",
-     "WALK:solid+ambient RESOLVE:"},
-    {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") SORTED END, "solid resolve depth voxels cells",
-     "TETRA:solid RESOLVE:"},
+     "entries solid exact-map resolve voxels light specular gradients",
+     "WALK:solid+lit+specular+exact RESOLVE:"},
+    {DIM SHELL(SPHERE, CHAIN ", 'specular': 1", "") END,
+     "entries solid exact-map resolve voxels ambient", "WALK:solid+ambient+exact RESOLVE:"},
+    {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") SORTED END,
+     "solid exact-map resolve depth voxels cells", "TETRA:solid+exact RESOLVE:"},
     {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") "}, " SHELL(SPHERE, CHAIN ", 'lit': false", "")
          END,
-     "entries solid resolve depth voxels", "WALK:solid RESOLVE:"},
-    {ONE SHELL(SPHERE, FUR, "") END, "entries media resolve voxels light gradients",
-     "WALK:medium+lit RESOLVE:"},
-    {ONE SHELL(SPHERE, FUR ", 'lit': false", "") END, "entries media resolve voxels",
-     "WALK:medium RESOLVE:"},
-    {DIM SHELL(SPHERE, FUR, "") END, "entries media resolve voxels ambient",
-     "WALK:medium+ambient RESOLVE:"},
+     "entries solid exact-map resolve depth voxels", "WALK:solid+exact RESOLVE:"},
+    {ONE SHELL(SPHERE, FUR, "") END, "entries exact-map media resolve voxels light gradients",
+     "WALK:medium+lit+exact RESOLVE:"},
+    {ONE SHELL(SPHERE, FUR ", 'lit': false", "") END, "entries exact-map media resolve voxels",
+     "WALK:medium+exact RESOLVE:"},
+    {DIM SHELL(SPHERE, FUR, "") END, "entries exact-map media resolve voxels ambient",
+     "WALK:medium+ambient+exact RESOLVE:"},
     {ONE SHELL(SPHERE, FUR ", 'lit': false", ", 'base': {'color': [1, 0, 0]}") END,
-     "surface entries media resolve depth occluded voxels light mesh-normals",
-     "WALK:medium+occluded SURFACE:lit RESOLVE:"},
+     "surface entries exact-map media resolve depth occluded voxels light mesh-normals",
+     "WALK:medium+occluded+exact SURFACE:lit RESOLVE:"},
     {DIM SHELL(SPHERE, FUR ", 'lit': false", ", 'base': {'color': [1, 0, 0]}") SORTED END,
-     "surface sort media resolve depth occluded voxels cells ambient",
-     "TETRA:medium+occluded SURFACE:ambient RESOLVE:"},
+     "surface sort exact-map media resolve depth occluded voxels cells ambient",
+     "TETRA:medium+occluded+exact SURFACE:ambient RESOLVE:"},
     {ONE SHELL(SPHERE, MIST, "") END, "entries media resolve closed-form",
      "WALK:homogeneous RESOLVE:"},
     {ONE SHELL(SPHERE, MIST, "") SORTED END, "sort media resolve closed-form cells",
@@ -98,7 +100,7 @@ static const struct row rows[] = {
          SPHERE,
          "'height': 'api/examples/assets/pebbles-height.png', 'size': [16, 16, 8], 'lit': false",
          "") END,
-     "entries solid resolve voxels OpenImageIO", "WALK:solid RESOLVE:"},
+     "entries solid exact-map resolve voxels OpenImageIO", "WALK:solid+exact RESOLVE:"},
 };
 
 static enum status draw(struct renderer *renderer, const char *json, struct render_result *result) {
@@ -126,8 +128,8 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
     } names[] = {
         {FLAG_MEDIUM, "medium"},     {FLAG_SOLID, "solid"},     {FLAG_HOMOGENEOUS, "homogeneous"},
         {FLAG_LIT, "lit"},           {FLAG_AMBIENT, "ambient"}, {FLAG_SPECULAR, "specular"},
-        {FLAG_OCCLUDED, "occluded"}, {FLAG_EYE_INSIDE, "eye"},  {FLAG_TEXTURED, "textured"},
-        {FLAG_BLOCKS, "blocks"},     {FLAG_FP64, "fp64"}};
+        {FLAG_OCCLUDED, "occluded"}, {FLAG_EYE_INSIDE, "eye"},  {FLAG_EXACT, "exact"},
+        {FLAG_TEXTURED, "textured"}, {FLAG_BLOCKS, "blocks"},   {FLAG_FP64, "fp64"}};
     const char *program;
     uint32_t variant;
     *text = 0;
@@ -200,23 +202,26 @@ static void test_what_is_left_out_changes_nothing(void **state) {
         const char *variants; /* compiled for it */
         double most;
     } forced[] = {
-        {DIM SHELL(SPHERE, FUR, "") END, FORCE_LIGHT, "WALK:medium+lit", 0},
-        {DIM SHELL(SPHERE, CHAIN, "") END, FORCE_LIGHT, "WALK:solid+lit", 0},
-        {DIM SHELL(SPHERE, CHAIN ", 'lit': false", "") SORTED END, FORCE_LIGHT, "TETRA:solid+lit",
-         0},
+        {DIM SHELL(SPHERE, FUR, "") END, FORCE_LIGHT, "WALK:medium+lit+exact", 0},
+        {DIM SHELL(SPHERE, CHAIN, "") END, FORCE_LIGHT, "WALK:solid+lit+exact", 0},
+        {DIM SHELL(SPHERE, CHAIN ", 'lit': false", "") SORTED END, FORCE_LIGHT,
+         "TETRA:solid+lit+exact", 0},
         {DIM "{'mesh': {" SPHERE "}" END, FORCE_LIGHT, "SURFACE:lit", 0},
         {DIM "{'mesh': {" SPHERE "}" END, FORCE_TEXTURED, "SURFACE:ambient+textured", 0},
-        {ONE SHELL(SPHERE, FUR, "") END, FORCE_SPECULAR, "WALK:medium+lit+specular", 0},
-        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_SPECULAR, "TETRA:solid+lit+specular", 0},
-        {ONE SHELL(SPHERE, FUR, "") END, FORCE_OCCLUDED, "WALK:medium+lit+occluded", 0},
+        {ONE SHELL(SPHERE, FUR, "") END, FORCE_SPECULAR, "WALK:medium+lit+specular+exact", 0},
+        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_SPECULAR, "TETRA:solid+lit+specular+exact",
+         0},
+        {ONE SHELL(SPHERE, FUR, "") END, FORCE_OCCLUDED, "WALK:medium+lit+occluded+exact", 0},
         {ONE SHELL(SPHERE, MIST, "") SORTED END, FORCE_OCCLUDED, "TETRA:homogeneous+occluded", 0},
         {ONE SHELL(SPHERE, MIST, "") SORTED END, FORCE_EYE_INSIDE, "TETRA:homogeneous+eye", 0},
-        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_EYE_INSIDE, "TETRA:solid+lit+eye", 0},
+        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_EYE_INSIDE, "TETRA:solid+lit+eye+exact", 0},
         {ONE SHELL(SPHERE, CHAIN, "") END, FORCE_DEPTH, "", 0},
-        {ONE SHELL(SPHERE, CHAIN, "") END, FORCE_MEDIUM, "WALK:medium+lit+occluded", 0},
-        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_MEDIUM, "TETRA:medium+lit+occluded", 0},
-        {ONE SHELL(SPHERE, FUR, "") END, FORCE_SOLID, "WALK:medium+lit+occluded WALK:solid+lit", 0},
-        {ONE SHELL(SPHERE, MIST, "") END, FORCE_VOXELS, "WALK:medium", 2e-6},
+        {ONE SHELL(SPHERE, CHAIN, "") END, FORCE_MEDIUM, "WALK:medium+lit+occluded+exact", 0},
+        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_MEDIUM, "TETRA:medium+lit+occluded+exact",
+         0},
+        {ONE SHELL(SPHERE, FUR, "") END, FORCE_SOLID,
+         "WALK:medium+lit+occluded+exact WALK:solid+lit+exact", 0},
+        {ONE SHELL(SPHERE, MIST, "") END, FORCE_VOXELS, "WALK:medium+exact", 2e-6},
         {ONE SHELL(SPHERE, MIST, "") END, FORCE_SORT, "TETRA:homogeneous", 2e-5},
     };
     for (size_t r = 0; r < sizeof forced / sizeof *forced; r++) {

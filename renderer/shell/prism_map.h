@@ -1,0 +1,29 @@
+/* The shell's own map in each prism, P(b, w) = sum b_k (p_k + w o_k), as the shaders take it:
+ * shaders/common_prism.glsl derives how they invert it.
+ *
+ * MAP_TEXELS texels a cell, with e_k = p_k - p_0 and g_k = o_k - o_0 over the length `unit` and
+ * du_k the texture coordinates of corner k relative to corner 0's (the cell's own table holds
+ * those): (o_0, du_1.u) (e_1, du_1.v) (e_2, du_2.u) (g_1, du_2.v) (g_2, 1 / unit)
+ *
+ * A cell's affine map has this form too, with g_k = 0, since in all three cells of a prism b and w
+ * are affine coordinates. So prisms in which Newton's few steps would not settle need no branch in
+ * the shaders: their cells get that map, each its own. */
+#ifndef PELT_RENDERER_SHELL_PRISM_MAP_H
+#define PELT_RENDERER_SHELL_PRISM_MAP_H
+
+#include "renderer/shell/shell.h"
+
+/* How uneven the map of a prism is. */
+enum prism_map_kind {
+    PRISM_MAP_AFFINE, /* to what fp32 can tell: both maps are one */
+    PRISM_MAP_EVEN,
+    PRISM_MAP_UNEVEN /* it folds, or nearly: det dP changes too much for Newton's few steps */
+};
+
+/* Of the prism over mesh triangle f. */
+enum prism_map_kind prism_map_look(const struct shell *shell, uint32_t f);
+
+/* Fills the table; the array is the caller's, of tetra_count elements. */
+void prism_map_fill(const struct shell *shell, float (*map)[MAP_TEXELS][4]);
+
+#endif
