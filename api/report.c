@@ -5,6 +5,7 @@
 #include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 const char *report_stage_name(enum report_stage stage) {
     static const char *const names[REPORT_STAGE_COUNT] = {
@@ -52,6 +53,11 @@ static void append(struct report_pass passes[REPORT_PASSES_MAX], size_t *count, 
 }
 
 void report_pass(struct report *report, const char *name, const char *why) {
+    size_t kept = 0;
+    for (size_t i = 0; i < report->left_out_count; i++)
+        if (strcmp(report->left_out[i].name, name) != 0)
+            report->left_out[kept++] = report->left_out[i];
+    report->left_out_count = kept;
     append(report->passes, &report->pass_count, name, why);
 }
 

@@ -4,25 +4,34 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "renderer/camera.h"
 #include "renderer/path/surface.h"
 #include "renderer/path/variant.h"
 #include "renderer/path/walk.h"
 
 #define NO_SHELL "no object is a shell"
 
-/* Media are mixed cell by cell where several shells may overlap, so only one of them can be walked;
- * solids hide one another by depth. */
-static const char *several_media(const struct path_object *objects, size_t count) {
+/* Media are drawn one way, all walked or all sorted, since each may hide the others. NULL, or what
+ * keeps several of them from being walked together. Solids hide one another by depth. */
+static const char *several_media(const struct path_object *objects, size_t count, bool may_walk) {
     size_t media = 0;
-    for (size_t i = 0; i < count; i++)
-        media += objects[i].shell && volume_has_medium(objects[i].volume);
-    return media > 1 ? "several semi-transparent shells hide one another" : NULL;
+    const char *sorted = NULL;
+    for (size_t i = 0; i < count; i++) {
+        const struct path_object *object = &objects[i];
+        if (!object->shell || !volume_has_medium(object->volume))
+            continue;
+        const char *why;
+        enum scene_order asked = object->object->quality.order;
+        bool walks = walk_possible(object, &why) && walk_possible_with_others(object, &why) &&
+                     (asked == SCENE_ORDER_WALK || (asked == SCENE_ORDER_AUTO && may_walk));
+        media++;
+        sorted = walks ? sorted : "another semi-transparent shell is drawn cell by cell";
+    }
+    return media > 1 ? sorted : NULL;
 }
 
 enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
                        struct error *err) {
-    const char *several = several_media(objects, count);
+    const char *several = several_media(objects, count, may_walk);
     for (size_t i = 0; i < count; i++) {
         struct path_object *object = &objects[i];
         if (!object->shell)
@@ -31,56 +40,21 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
         enum scene_order asked = object->object->quality.order;
         const char *why;
         bool possible = walk_possible(object, &why);
-        if (medium && several) {
-            possible = false;
+        if (medium && several && possible && walk_possible_with_others(object, &why))
             why = several;
-        }
+        possible = possible && !(medium && several);
         if (asked == SCENE_ORDER_WALK && !possible) {
             char pointer[64];
             snprintf(pointer, sizeof pointer, "%s/quality/order", object->pointer);
             return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "cannot walk: %s", why);
         }
+        object->walk_asked = asked == SCENE_ORDER_WALK;
         object->walk = (medium || solid) && possible &&
                        (asked == SCENE_ORDER_WALK || (asked == SCENE_ORDER_AUTO && may_walk));
         object->exact = object->object->quality.map != SCENE_MAP_AFFINE && (medium || solid) &&
                         !object->volume->homogeneous && !object->shell->affine;
     }
     return STATUS_OK;
-}
-
-static void world_bounds(const struct path_object *object, double low[3], double high[3]) {
-    for (int i = 0; i < 3; i++) {
-        low[i] = INFINITY;
-        high[i] = -INFINITY;
-    }
-    camera_add_bounds(object->object->transform, object->shell->bounds_min,
-                      object->shell->bounds_max, low, high);
-}
-
-void plan_warn_overlaps(const struct path_object *objects, size_t count, struct report *report) {
-    uint64_t pairs = 0, first = 0;
-    for (size_t b = 0; b < count; b++) {
-        if (!objects[b].shell || !volume_has_medium(objects[b].volume))
-            continue;
-        double low_b[3], high_b[3];
-        world_bounds(&objects[b], low_b, high_b);
-        for (size_t a = 0; a < b; a++) {
-            if (!objects[a].shell || !volume_has_medium(objects[a].volume))
-                continue;
-            double low_a[3], high_a[3];
-            bool apart = false;
-            world_bounds(&objects[a], low_a, high_a);
-            for (int i = 0; i < 3; i++)
-                apart |= high_a[i] < low_b[i] || high_b[i] < low_a[i];
-            if (!apart && pairs++ == 0)
-                first = b;
-        }
-    }
-    if (pairs)
-        report_warn(
-            report, "shells-may-overlap", "/objects", pairs, first,
-            "the bounds of semi-transparent shells overlap; where the shells themselves do, "
-            "their colours are mixed cell by cell, not by extinction");
 }
 
 /* Whether more than one thing is written to a sample and depth decides between them. Triangles,

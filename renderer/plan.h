@@ -28,10 +28,6 @@ struct plan {
  * `may_walk` a walk is only what the scene asks. */
 enum status plan_order(struct path_object *objects, size_t count, bool may_walk, struct error *err);
 
-/* Warns where semi-transparent shells may overlap (their bounds do): this version mixes their
- * colours cell by cell, the truth by extinction. */
-void plan_warn_overlaps(const struct path_object *objects, size_t count, struct report *report);
-
 /* Warns of prisms in which an object that is `exact` is read by the affine map all the same. */
 void plan_warn_uneven(const struct path_object *objects, size_t count, struct report *report);
 

@@ -177,8 +177,9 @@ enum status probe_draw(struct probe *probe, const struct drawing *drawing,
     *ms = 0;
     if (probe->count == 0)
         return STATUS_OK;
-    enum status status = gl_target_resize(target, target->width, target->height,
-                                          drawing->plan->depth || needs_mask(drawing), err);
+    enum status status =
+        gl_target_resize(target, target->width, target->height,
+                         drawing->plan->depth || picture->depth || needs_mask(drawing), err);
     if (status != STATUS_OK)
         return status;
     int kept[SCENE_OBJECTS_MAX];

@@ -236,7 +236,6 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
         return status;
     }
     resolve_objects(&report->resolved, prepared);
-    plan_warn_overlaps(prepared->objects, prepared->object_count, report);
     plan_warn_uneven(prepared->objects, prepared->object_count, report);
     plan_make(&report->resolved, prepared->objects, prepared->object_count, plan);
     force_plan(renderer->force, plan);
@@ -270,8 +269,9 @@ static enum status develop(struct renderer *renderer, const struct drawing *draw
     struct picture *picture = drawing->picture;
     const struct scene *scene = &result->report.resolved;
     stage_clock_next(picture->clock, REPORT_STAGE_draw, true);
-    enum status status = gl_target_resize(&renderer->samples, picture->world.width,
-                                          picture->world.height, drawing->plan->depth, err);
+    enum status status =
+        gl_target_resize(&renderer->samples, picture->world.width, picture->world.height,
+                         drawing->plan->depth || picture->depth, err);
     if (status == STATUS_OK)
         status = drawing_run(drawing, err);
     if (status != STATUS_OK)

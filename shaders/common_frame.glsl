@@ -1,15 +1,28 @@
-/* The uniform block every program shares, and the ray of a sample. For every stage. */
+/* The uniform block every program shares, and the ray of a sample. For every stage. A program that
+ * draws several shells at once defines FRAMES, and has as many blocks one after another: `at` is where
+ * a shell's begins. */
+#ifndef FRAMES
+#define FRAMES 1
+#endif
 layout(std140, binding = BINDING_FRAME) uniform Frame {
-    vec4 frame[FRAME_VEC4S];
+    vec4 frame[FRAMES * FRAME_VEC4S];
 };
 
+vec3 ray_origin(vec2 p, int at) {
+    return frame[at + FRAME_O0].xyz + p.x * frame[at + FRAME_OU].xyz + p.y * frame[at + FRAME_OV].xyz;
+}
+
 vec3 ray_origin(vec2 p) {
-    return frame[FRAME_O0].xyz + p.x * frame[FRAME_OU].xyz + p.y * frame[FRAME_OV].xyz;
+    return ray_origin(p, 0);
 }
 
 /* Not normalised: the eye is at t = -1. */
+vec3 ray_direction(vec2 p, int at) {
+    return frame[at + FRAME_D0].xyz + p.x * frame[at + FRAME_DU].xyz + p.y * frame[at + FRAME_DV].xyz;
+}
+
 vec3 ray_direction(vec2 p) {
-    return frame[FRAME_D0].xyz + p.x * frame[FRAME_DU].xyz + p.y * frame[FRAME_DV].xyz;
+    return ray_direction(p, 0);
 }
 
 /* Toward the viewer, in the world. */
@@ -18,7 +31,12 @@ vec3 view_vector(vec2 p) {
                       p.y * frame[FRAME_VIEW_DV].xyz);
 }
 
+vec3 world_normal(vec3 gradient, int at) {
+    return vec3(dot(frame[at + FRAME_NORMAL].xyz, gradient),
+                dot(frame[at + FRAME_NORMAL + 1].xyz, gradient),
+                dot(frame[at + FRAME_NORMAL + 2].xyz, gradient));
+}
+
 vec3 world_normal(vec3 gradient) {
-    return vec3(dot(frame[FRAME_NORMAL].xyz, gradient), dot(frame[FRAME_NORMAL + 1].xyz, gradient),
-                dot(frame[FRAME_NORMAL + 2].xyz, gradient));
+    return world_normal(gradient, 0);
 }

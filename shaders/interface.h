@@ -35,6 +35,8 @@
 #define FLAG_FP64        0x0400 /* rays meet cells in doubles (renderer/shell/precision.h) */
 #define FLAG_EXACT       0x0800 /* texture coordinates by the prisms' own map, not the tetrahedra's */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
+#define FLAG_SLOTS_1     0x0800 /* overlap: one slot more than two */
+#define FLAG_SLOTS_2     0x1000 /* overlap: two slots more */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */
@@ -86,6 +88,11 @@
 #define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
 #define COUNT_SLOTS   64
 
+/* Programs that walk through several stretches at once: consecutive units, one a slot. */
+#define SLOTS_MAX             5 /* of the units that GL 4.5 guarantees a stage, 15 are taken */
+#define BINDING_SLOT_MEDIUM   16
+#define BINDING_SLOT_GRADIENT 24
+
 #define LOCATION_BLOCK 15 /* of the uniform in fullscreen.vert; programs' own begin at 0 */
 
 #define BINDING_CELLS_LOW 12 /* samplerBuffer: what fp32 leaves off the cells */
@@ -97,6 +104,12 @@
 
 /* A face of a cell is cell << 2 | face; this is none. */
 #define LINK_NONE 0xffffffffu
+
+/* Where several shells are walked at once, an entry's first word is the shell and such a face, its
+ * second the ray parameter. */
+#define ENTRY_SHELL(word)       ((word) >> 29)
+#define ENTRY_LINK(word)        ((word)&0x1fffffffu)
+#define ENTRY_WORD(shell, link) ((shell) << 29 | (link))
 
 /* The bottom of a prism is the face opposite the last vertex of its first cell (shell.h). */
 #define IS_BOTTOM(cell, face) ((cell) % 3u == 0u && (face) == 3u)

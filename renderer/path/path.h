@@ -35,10 +35,13 @@ struct path_object {
     const struct volume *volume;
     const struct baked *baked;
     struct projection projection;
-    int samples; /* steps across one thickness */
-    bool walk;   /* rays walk through it from cell to cell; else its cells are drawn */
-    bool fp64;   /* rays meet its cells in doubles (shell/precision.h) */
-    bool exact;  /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
+    int samples;      /* steps across one thickness */
+    bool walk;        /* rays walk through it from cell to cell; else its cells are drawn */
+    bool walk_asked;  /* the scene asks for that, so nothing else may be done */
+    bool solid_cells; /* walked, but for its solid: folds of it overlap, and the depth test of its
+                         cells finds the nearest surface (set by the path's `prepare`) */
+    bool fp64;        /* rays meet its cells in doubles (shell/precision.h) */
+    bool exact;       /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
     uint32_t forced; /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */
 };
@@ -59,6 +62,8 @@ struct picture {
     const struct gl_blocks *blocks;
     uint8_t *met; /* NULL, or set by the path's `prepare` to 1 for each sample, the bottom row
                      first, whose ray meets a shell */
+    bool depth;   /* set by the path's `prepare` where its draws need a depth buffer that the plan
+                     knows nothing of */
     bool cold;    /* set where a shader was compiled */
     struct report *report;
     struct stage_clock *clock;

@@ -7,7 +7,7 @@
  * front, colour is multiplied by what the nearer segment lets through, and optical depths are
  * summed.)
  *
- * Where one shell alone is semi-transparent, and for solids, rays walk instead (walk.h).
+ * Wherever that is possible, rays walk instead (walk.h).
  *
  * Left out here: filtering and shadow. */
 #include <math.h>
@@ -263,6 +263,10 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
                     "groups of tetrahedra hide one another in a circle (%llu in all); where they "
                     "do, they are drawn by the depth of their centres",
                     (unsigned long long)sorted.cycle_tetra);
+    if (sorted.overlaps)
+        report_warn(picture->report, "overlap-approximate", "/objects", sorted.overlaps, 0,
+                    "samples on whose ray sorted cells of different shells or folds overlap; there "
+                    "their colours are mixed cell by cell, not by extinction");
     for (uint64_t i = 0; i < sorted.count; i++) {
         uint32_t index = object_of[sorted.order[i] >> 32];
         if (!append_outline(&tetra->media, &picture->objects[index], index,
@@ -285,7 +289,7 @@ static enum status make_programs(const struct path_object *object, struct pictur
                                  struct error *err) {
     enum status status = STATUS_OK;
     GLuint program;
-    if (volume_has_medium(object->volume))
+    if (volume_has_medium(object->volume) && !object->walk)
         status = gl_programs_get(picture->programs, GL_PROGRAM_TETRA,
                                  variant_of(object, picture, false), &program, &picture->cold, err);
     if (status == STATUS_OK && volume_has_solid(object->volume))
@@ -294,17 +298,15 @@ static enum status make_programs(const struct path_object *object, struct pictur
     return status;
 }
 
-/* Whether an object is drawn cell by cell. */
-static bool needs_cells(const struct path_object *object) {
-    return object->shell && !object->walk &&
-           (volume_has_medium(object->volume) || volume_has_solid(object->volume));
+static bool solid_by_cells(const struct path_object *object) {
+    return object->shell && volume_has_solid(object->volume) &&
+           (!object->walk || object->solid_cells);
 }
 
-static bool any_walk(const struct picture *picture) {
-    for (size_t i = 0; i < picture->object_count; i++)
-        if (picture->objects[i].walk)
-            return true;
-    return false;
+/* Whether an object is drawn cell by cell. */
+static bool needs_cells(const struct path_object *object) {
+    return object->shell &&
+           ((!object->walk && volume_has_medium(object->volume)) || solid_by_cells(object));
 }
 
 /* Where `samples` is not what the rays get, or not what the voxels need: steps are counted across
@@ -339,13 +341,18 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         both[i]->corner_count = both[i]->index_count = both[i]->run_count = both[i]->outline_count =
             0;
 
+    /* First what is walked: it may turn out that the cells must be sorted after all. */
     stage_clock_next(picture->clock, REPORT_STAGE_sort, true);
-    enum status status = sort_media(tetra, picture, err);
+    enum status status = walk_pass_prepare(tetra->walk, picture, err);
+    stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
+    if (status == STATUS_OK)
+        status = sort_media(tetra, picture, err);
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
-        if (!object->shell || !volume_has_solid(object->volume) || object->walk)
+        if (!solid_by_cells(object))
             continue;
-        if (picture->met) { /* they need no order: the A-buffer is made for this alone */
+        if (picture->met &&
+            !object->walk) { /* they need no order: the A-buffer is made for this alone */
             struct entries entries;
             status = entries_find(object->shell, &object->projection, picture->met, &entries, err);
             entries_finish(&entries);
@@ -362,8 +369,6 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         (tetra->media.corner_count > UINT32_MAX / 2 || tetra->solids.corner_count > UINT32_MAX / 2))
         status = error_fault(err, STATUS_TOO_COMPLEX, "/objects", "too many outlines for one draw");
 
-    if (status == STATUS_OK && any_walk(picture))
-        status = walk_pass_prepare(tetra->walk, picture, err);
     for (int i = 0; i < 2; i++)
         picture->report->work.segments += both[i]->outline_count;
 

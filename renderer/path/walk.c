@@ -3,13 +3,16 @@
  * the few faces through which a sample's ray enters. */
 #include "renderer/path/walk.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
+#include "renderer/path/joint.h"
 #include "renderer/path/resident.h"
 #include "renderer/path/variant.h"
-#include "renderer/shell/entries.h"
+#include "renderer/shell/overlap.h"
 
 enum { DEVICE_BYTES_MAX = 512 << 20, VISITS_MAX = 16384 };
 
@@ -19,17 +22,31 @@ struct device_walk {
     GLuint buffers[TABLES], textures[TABLES];
 };
 
-/* Where the rays of this picture enter one object. */
+/* Where the rays of this picture enter what one draw walks through. */
 struct doors {
     GLuint buffers[2], textures[2]; /* a sample's first entry; entries */
     uint32_t start;
 };
 
+/* One draw of media, or of solids. */
+struct walk_draw {
+    struct doors doors;
+    uint32_t object;            /* its number in the picture; unless joint */
+    bool folds;                 /* plain, though folds of the shell overlap */
+    const struct doors *shared; /* of a draw of media with the same entries, else NULL */
+    bool joined;                /* `joint` is what is drawn */
+    struct joint joint;
+};
+
+struct draw_list { /* in the order of drawing; what they hold is kept for the next picture */
+    struct walk_draw *draw;
+    size_t count, made;
+};
+
 struct walk_pass {
     struct resident_cache shells;
     struct prism_maps *maps;
-    struct doors *doors; /* for each object of the picture; kept for the next one */
-    size_t door_count;
+    struct draw_list media, solids;
     GLuint frame_buffer, array;
     GLint texels_max;
 };
@@ -53,18 +70,36 @@ struct walk_pass *walk_pass_create(struct prism_maps *maps) {
     return pass;
 }
 
+static void finish_draws(struct draw_list *list) {
+    for (size_t i = 0; i < list->made; i++) {
+        glDeleteTextures(2, list->draw[i].doors.textures);
+        glDeleteBuffers(2, list->draw[i].doors.buffers);
+        joint_finish(&list->draw[i].joint);
+    }
+    free(list->draw);
+}
+
 void walk_pass_destroy(struct walk_pass *pass) {
     if (!pass)
         return;
     resident_clear(&pass->shells);
-    for (size_t i = 0; i < pass->door_count; i++) {
-        glDeleteTextures(2, pass->doors[i].textures);
-        glDeleteBuffers(2, pass->doors[i].buffers);
-    }
-    free(pass->doors);
+    finish_draws(&pass->media);
+    finish_draws(&pass->solids);
     glDeleteBuffers(1, &pass->frame_buffer);
     glDeleteVertexArrays(1, &pass->array);
     free(pass);
+}
+
+/* One more draw; NULL where memory ran out. */
+static struct walk_draw *append_draw(struct draw_list *list) {
+    if (list->count == list->made) {
+        struct walk_draw *grown = realloc(list->draw, (list->made + 1) * sizeof *grown);
+        if (!grown)
+            return NULL;
+        list->draw = grown;
+        list->draw[list->made++] = (struct walk_draw){.doors.start = LINK_NONE};
+    }
+    return &list->draw[list->count++];
 }
 
 bool walk_possible(const struct path_object *object, const char **why) {
@@ -76,6 +111,19 @@ bool walk_possible(const struct path_object *object, const char **why) {
     else if (object->projection.behind && object->projection.view.orthographic)
         *why = "the eye's plane cuts the shell, and each parallel ray would begin elsewhere";
     return !*why;
+}
+
+/* Events of all shells are put in order by t in fp32, which so must tell parts of this shell apart:
+ * a thousandth of its thickness, or its optical depth would be wrong by more than that. */
+bool walk_possible_with_others(const struct path_object *object, const char **why) {
+    const struct projection *projection = &object->projection;
+    const double *d = projection->view.d0;
+    double most = 0, speed = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (uint32_t v = 0; v < object->shell->vertex_count; v++)
+        most = fmax(most, fabs(projection->clip[v][2] - 1)); /* view.h: t = H - 1 */
+    bool fine = most * ldexp(speed, -24) <= 1e-3 * object->shell->thickness;
+    *why = fine ? NULL : "the shell is too thin for the depth of the scene";
+    return fine;
 }
 
 static void make_table(struct device_walk *device, int table, GLenum format, const void *data,
@@ -133,69 +181,224 @@ static uint32_t variant_of(const struct path_object *object, const struct pictur
     return variant_of_shell(object, picture->lights.count, picture->occluded, solid);
 }
 
-/* One object's entries to the device. */
-static enum status open_doors(struct walk_pass *pass, struct picture *picture,
-                              const struct path_object *object, struct doors *doors,
-                              struct error *err) {
-    stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
-    struct entries entries;
-    enum status status =
-        entries_find(object->shell, &object->projection, picture->met, &entries, err);
-    if (status != STATUS_OK)
-        return status;
-    doors->start = entries.start;
-    picture->report->work.fragments += entries.count;
-
+/* One draw's entries to the device; `entry` has one word for each, or two where walks are joint. */
+static enum status upload_doors(struct walk_pass *pass, struct picture *picture,
+                                const struct entries *entries, const void *entry, int words,
+                                struct doors *doors, struct error *err) {
+    doors->start = entries->start;
     stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
     size_t samples = (size_t)picture->world.width * (size_t)picture->world.height + 1;
-    size_t bytes[2] = {samples * sizeof *entries.first,
-                       (entries.count + 1) * sizeof *entries.entry};
-    const void *data[2] = {entries.first, entries.entry};
-    if (samples > (size_t)pass->texels_max || entries.count >= (size_t)pass->texels_max)
-        status =
-            error_fault(err, STATUS_TOO_COMPLEX, "/image",
-                        "%zu samples: this GL holds %d in one table", samples, pass->texels_max);
+    size_t bytes[2] = {samples * sizeof *entries->first,
+                       (entries->count + 1) * (size_t)words * sizeof *entries->entry};
+    const void *data[2] = {entries->first, entry};
+    const GLenum formats[2] = {GL_R32UI, words == 1 ? GL_R32UI : GL_RG32UI};
+    if (samples > (size_t)pass->texels_max || entries->count >= (size_t)pass->texels_max)
+        return error_fault(err, STATUS_TOO_COMPLEX, "/image",
+                           "%zu samples: this GL holds %d in one table", samples, pass->texels_max);
     if (!doors->buffers[0]) {
         glCreateBuffers(2, doors->buffers);
         glCreateTextures(GL_TEXTURE_BUFFER, 2, doors->textures);
     }
-    for (int i = 0; i < 2 && status == STATUS_OK; i++) {
+    for (int i = 0; i < 2; i++) {
         glNamedBufferData(doors->buffers[i], (GLsizeiptr)bytes[i], data[i], GL_STREAM_DRAW);
-        glTextureBuffer(doors->textures[i], GL_R32UI, doors->buffers[i]);
+        glTextureBuffer(doors->textures[i], formats[i], doors->buffers[i]);
         picture->report->work.upload_bytes += bytes[i];
     }
-    entries_finish(&entries);
+    return STATUS_OK;
+}
+
+static enum status find_program(struct picture *picture, const struct path_object *object,
+                                bool solid, struct error *err) {
+    GLuint program;
+    return gl_programs_get(picture->programs, GL_PROGRAM_WALK, variant_of(object, picture, solid),
+                           &program, &picture->cold, err);
+}
+
+/* One of the draws that overlap_find() gives; `object_of`: the picture's objects by its numbers. */
+static enum status prepare_medium(struct walk_pass *pass, struct picture *picture,
+                                  const struct overlap_draw *from, const uint32_t *object_of,
+                                  struct error *err) {
+    struct walk_draw *draw = append_draw(&pass->media);
+    if (!draw)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to walk");
+    draw->object = object_of[from->shell[0]];
+    draw->joined = from->joint;
+    draw->folds = from->slots[0] > 1;
+    if (!from->joint) {
+        enum status status =
+            upload_doors(pass, picture, &from->entries, from->entries.entry, 1, &draw->doors, err);
+        return status == STATUS_OK
+                   ? find_program(picture, &picture->objects[draw->object], false, err)
+                   : status;
+    }
+    struct joint *joint = &draw->joint;
+    joint->shell_count = from->shell_count;
+    joint->starts = from->starts;
+    for (uint32_t i = 0; i < from->shell_count; i++) {
+        const struct path_object *object = &picture->objects[object_of[from->shell[i]]];
+        const struct device_walk *device = resident_find(&pass->shells, object->shell->serial);
+        joint->shell[i] = (struct joint_shell){object, device->buffers[CELLS],
+                                               device->buffers[LINKS], from->slots[i], 0};
+    }
+    enum status status =
+        upload_doors(pass, picture, &from->entries, from->door, 2, &draw->doors, err);
+    return status == STATUS_OK ? joint_prepare(joint, picture, from, pass->texels_max, err)
+                               : status;
+}
+
+static void tell_overlap(const struct overlap *overlap, struct report *report) {
+    char why[160];
+    snprintf(why, sizeof why,
+             "%llu samples: up to %d stretches lie over one another and are walked at once",
+             (unsigned long long)(overlap->samples - overlap->approximate), overlap->deepest);
+    bool joint = false;
+    for (size_t i = 0; i < overlap->draw_count; i++)
+        joint |= overlap->draw[i].joint;
+    if (joint && overlap->samples == overlap->approximate)
+        snprintf(why, sizeof why, "nothing overlaps, but each of several shells hides another");
+    if (joint)
+        report_pass(report, "overlap", why);
+    else if (overlap->samples == 0)
+        report_left_out(report, "overlap", "no shell overlaps another, or itself, at any sample");
+    if (overlap->approximate)
+        report_warn(report, "folds-overlap", "/objects", overlap->approximate, 0,
+                    "samples on whose ray a shell folds over itself more than %d times; there its "
+                    "colours are mixed one fold after another, not by extinction",
+                    SLOTS_MAX);
+}
+
+/* More shells overlap than can be walked at once: their cells are sorted, unless the scene asks for
+ * the walk. */
+static enum status give_up_media(struct picture *picture, struct error *err) {
+    for (size_t i = 0; i < picture->object_count; i++) {
+        struct path_object *object = &picture->objects[i];
+        if (!object->walk || !volume_has_medium(object->volume))
+            continue;
+        if (object->walk_asked) {
+            char pointer[64];
+            snprintf(pointer, sizeof pointer, "%s/quality/order", object->pointer);
+            return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
+                               "cannot walk: more than %d stretches of semi-transparent shells "
+                               "would have to be walked at once",
+                               SLOTS_MAX);
+        }
+        object->walk = false;
+    }
+    report_pass(picture->report, "sort", "more shells overlap than can be walked at once");
+    return STATUS_OK;
+}
+
+static enum status prepare_media(struct walk_pass *pass, struct picture *picture,
+                                 struct error *err) {
+    struct overlap_shell shells[OVERLAP_SHELLS_MAX];
+    uint32_t object_of[OVERLAP_SHELLS_MAX], count = 0;
+    for (size_t i = 0; i < picture->object_count; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!object->walk || !volume_has_medium(object->volume))
+            continue;
+        if (count == OVERLAP_SHELLS_MAX)
+            return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
+                               "at most %d semi-transparent shells can be drawn together",
+                               OVERLAP_SHELLS_MAX);
+        object_of[count] = (uint32_t)i;
+        shells[count++] = (struct overlap_shell){object->shell, &object->projection,
+                                                 object->object->shell.has_base};
+    }
+    if (count == 0)
+        return STATUS_OK;
+    stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
+    struct overlap overlap;
+    enum status status = overlap_find(shells, count, picture->met, &overlap, err);
+    picture->report->work.fragments += overlap.fragments;
+    if (status == STATUS_OK && overlap.too_many)
+        status = give_up_media(picture, err);
+    else if (status == STATUS_OK)
+        tell_overlap(&overlap, picture->report);
+    stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
+    for (uint32_t i = 0; i < count && status == STATUS_OK && !overlap.too_many; i++)
+        status = upload_shell(pass, &picture->objects[object_of[i]], picture, err);
+    for (size_t i = 0; i < overlap.draw_count && status == STATUS_OK; i++)
+        status = prepare_medium(pass, picture, &overlap.draw[i], object_of, err);
+    overlap_finish(&overlap);
     return status;
+}
+
+/* What the media's draws tell of an object: whether folds of it overlap, and the plain walk through
+ * it if there is one that leaves no sample to a joint walk. */
+static const struct walk_draw *plain_walk(const struct walk_pass *pass,
+                                          const struct picture *picture, uint32_t index,
+                                          bool *folds) {
+    const struct walk_draw *plain = NULL;
+    bool joined = false;
+    *folds = false;
+    for (size_t i = 0; i < pass->media.count; i++) {
+        const struct walk_draw *draw = &pass->media.draw[i];
+        if (!draw->joined && draw->object == index) {
+            plain = draw;
+            *folds |= draw->folds;
+        }
+        for (uint32_t k = 0; draw->joined && k < draw->joint.shell_count; k++)
+            if (draw->joint.shell[k].object == &picture->objects[index]) {
+                joined = true;
+                *folds |= draw->joint.shell[k].slots > 1;
+            }
+    }
+    return joined ? NULL : plain;
+}
+
+/* The first surface along a ray is that of the first stretch that holds one, unless stretches
+ * overlap: then the cells are drawn instead, in any order, and the depth test decides. */
+static enum status prepare_solid(struct walk_pass *pass, struct picture *picture, uint32_t index,
+                                 struct error *err) {
+    struct path_object *object = &picture->objects[index];
+    struct walk_draw *draw = append_draw(&pass->solids);
+    if (!draw)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to walk");
+    draw->object = index;
+    const struct walk_draw *plain = plain_walk(pass, picture, index, &object->solid_cells);
+    draw->shared = plain && !object->solid_cells ? &plain->doors : NULL;
+    enum status status = STATUS_OK;
+    if (!draw->shared && !object->solid_cells) {
+        stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
+        struct overlap_shell shell = {object->shell, &object->projection,
+                                      object->object->shell.has_base};
+        struct overlap overlap;
+        status = overlap_find(&shell, 1, picture->met, &overlap, err);
+        picture->report->work.fragments += overlap.fragments;
+        object->solid_cells = overlap.samples > 0;
+        if (status == STATUS_OK && !object->solid_cells)
+            status = upload_doors(pass, picture, &overlap.draw[0].entries,
+                                  overlap.draw[0].entries.entry, 1, &draw->doors, err);
+        overlap_finish(&overlap);
+    }
+    if (object->solid_cells)
+        pass->solids.count--;
+    return status == STATUS_OK && !object->solid_cells ? find_program(picture, object, true, err)
+                                                       : status;
 }
 
 enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture, struct error *err) {
     resident_begin_picture(&pass->shells);
-    if (picture->object_count > pass->door_count) {
-        struct doors *grown = realloc(pass->doors, picture->object_count * sizeof *grown);
-        if (!grown)
-            return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to walk");
-        pass->doors = grown;
-        while (pass->door_count < picture->object_count)
-            pass->doors[pass->door_count++] = (struct doors){.start = LINK_NONE};
-    }
-    enum status status = STATUS_OK;
-    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
+    pass->media.count = pass->solids.count = 0;
+    bool by_cells = false;
+    enum status status = prepare_media(pass, picture, err);
+    for (uint32_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
-        if (!object->walk)
+        if (!object->walk || !volume_has_solid(object->volume))
             continue;
-        status = open_doors(pass, picture, object, &pass->doors[i], err);
-        if (status == STATUS_OK)
+        status = prepare_solid(pass, picture, i, err);
+        if (status == STATUS_OK && !object->solid_cells)
             status = upload_shell(pass, object, picture, err);
-        GLuint program;
-        if (status == STATUS_OK && volume_has_medium(object->volume))
-            status =
-                gl_programs_get(picture->programs, GL_PROGRAM_WALK,
-                                variant_of(object, picture, false), &program, &picture->cold, err);
-        if (status == STATUS_OK && volume_has_solid(object->volume))
-            status =
-                gl_programs_get(picture->programs, GL_PROGRAM_WALK,
-                                variant_of(object, picture, true), &program, &picture->cold, err);
+        by_cells |= object->solid_cells;
     }
+    if (by_cells && !picture->target->depth) {
+        picture->depth = true;
+        report_pass(picture->report, "depth", "cells of a solid hide one another");
+    }
+    if (by_cells)
+        report_pass(
+            picture->report, "solid-cells",
+            "folds of a shell overlap: the depth test of its cells finds the nearest surface");
     return status;
 }
 
@@ -244,11 +447,15 @@ enum status walk_pass_draw(struct walk_pass *pass, struct picture *picture, bool
                            struct error *err) {
     glDisable(GL_CULL_FACE);
     enum status status = STATUS_OK;
-    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
-        const struct path_object *object = &picture->objects[i];
-        if (object->walk &&
-            (solid ? volume_has_solid(object->volume) : volume_has_medium(object->volume)))
-            status = draw_object(pass, picture, object, &pass->doors[i], solid, err);
+    struct draw_list *list = solid ? &pass->solids : &pass->media;
+    for (size_t i = 0; i < list->count && status == STATUS_OK; i++) {
+        struct walk_draw *draw = &list->draw[i];
+        if (draw->joined)
+            status = joint_draw(&draw->joint, picture, draw->doors.textures[0],
+                                draw->doors.textures[1], VISITS_MAX, err);
+        else
+            status = draw_object(pass, picture, &picture->objects[draw->object],
+                                 draw->shared ? draw->shared : &draw->doors, solid, err);
     }
     return status;
 }

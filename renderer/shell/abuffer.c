@@ -14,16 +14,11 @@
 
 #define EXIT_BIAS 1e-9
 
-struct fragment {
-    double key;           /* grows away from the eye */
-    uint32_t node_enters; /* node << 1 | enters */
-    uint32_t next;        /* fragment index + 1; 0 ends */
-};
-
 struct abuffer {
     int width, height;
+    const uint8_t *only; /* NULL: every sample is drawn to */
     uint32_t *head;
-    struct fragment *fragment;
+    struct abuffer_fragment *fragment;
     uint64_t count, capacity;
 };
 
@@ -49,6 +44,10 @@ void abuffer_destroy(struct abuffer *buffer) {
     free(buffer);
 }
 
+void abuffer_restrict(struct abuffer *buffer, const uint8_t *only) {
+    buffer->only = only;
+}
+
 uint64_t abuffer_fragments(const struct abuffer *buffer) {
     return buffer->count;
 }
@@ -67,7 +66,7 @@ static bool reserve(struct abuffer *buffer, uint64_t more) {
         capacity *= 2;
     if (capacity >= UINT32_MAX)
         return false;
-    struct fragment *grown = realloc(buffer->fragment, capacity * sizeof *grown);
+    struct abuffer_fragment *grown = realloc(buffer->fragment, capacity * sizeof *grown);
     if (!grown)
         return false;
     buffer->fragment = grown;
@@ -141,11 +140,15 @@ enum status abuffer_draw(struct abuffer *buffer, const struct projection *projec
         uint32_t *head = buffer->head + (size_t)y * (size_t)buffer->width;
         double key =
             corner[0][2] + slope_y * (y + 0.5 - corner[0][1]) - slope_x * (corner[0][0] - 0.5);
+        const uint8_t *only =
+            buffer->only ? buffer->only + (size_t)y * (size_t)buffer->width : NULL;
         for (int x = begin; x < end; x++) {
+            if (only && !only[x])
+                continue;
             double k = key + slope_x * x;
             if (!enters)
                 k -= EXIT_BIAS * fabs(k);
-            buffer->fragment[buffer->count] = (struct fragment){k, tag, head[x]};
+            buffer->fragment[buffer->count] = (struct abuffer_fragment){k, tag, head[x]};
             head[x] = (uint32_t)++buffer->count;
         }
     }
@@ -153,7 +156,8 @@ enum status abuffer_draw(struct abuffer *buffer, const struct projection *projec
 }
 
 static int nearer(const void *a, const void *b) {
-    double ka = ((const struct fragment *)a)->key, kb = ((const struct fragment *)b)->key;
+    double ka = ((const struct abuffer_fragment *)a)->key,
+           kb = ((const struct abuffer_fragment *)b)->key;
     return (ka > kb) - (ka < kb);
 }
 
@@ -175,18 +179,12 @@ static bool relate(struct relations *relations, uint32_t front, uint32_t back) {
     return true;
 }
 
-/* The fragments of one sample, nearest first. */
-struct list {
-    struct fragment *fragment;
-    size_t count, capacity;
-};
-
-static bool gather(const struct abuffer *buffer, size_t pixel, struct list *list) {
+bool abuffer_gather(const struct abuffer *buffer, size_t pixel, struct abuffer_list *list) {
     list->count = 0;
     for (uint32_t at = buffer->head[pixel]; at; at = buffer->fragment[at - 1].next) {
         if (list->count == list->capacity) {
             size_t capacity = list->capacity ? 2 * list->capacity : 64;
-            struct fragment *grown = realloc(list->fragment, capacity * sizeof *grown);
+            struct abuffer_fragment *grown = realloc(list->fragment, capacity * sizeof *grown);
             if (!grown)
                 return false;
             list->fragment = grown;
@@ -199,7 +197,7 @@ static bool gather(const struct abuffer *buffer, size_t pixel, struct list *list
         return true;
     }
     for (size_t i = 1; i < list->count; i++) {
-        struct fragment moved = list->fragment[i];
+        struct abuffer_fragment moved = list->fragment[i];
         size_t j = i;
         for (; j > 0 && list->fragment[j - 1].key > moved.key; j--)
             list->fragment[j] = list->fragment[j - 1];
@@ -212,15 +210,28 @@ static bool gather(const struct abuffer *buffer, size_t pixel, struct list *list
  * that few repeats reach the graph. */
 enum { RECENT = 16 };
 
+/* How many stretches lie over one another at most. The ray begins within as many as are left
+ * without having been entered. */
+static int deepest(const struct abuffer_list *list) {
+    int depth = 0, least = 0, most = 0;
+    for (size_t i = 0; i < list->count; i++) {
+        depth += list->fragment[i].node_enters & 1 ? 1 : -1;
+        least = depth < least ? depth : least;
+        most = depth > most ? depth : most;
+    }
+    return most - least;
+}
+
 enum status abuffer_relations(struct abuffer *buffer, struct relations *relations,
                               struct error *err) {
-    struct list list = {0};
+    struct abuffer_list list = {0};
     uint64_t recent[RECENT];
     memset(recent, 0xff, sizeof recent);
     size_t pixels = (size_t)buffer->width * (size_t)buffer->height;
     bool good = true;
     for (size_t pixel = 0; good && pixel < pixels; pixel++) {
-        good = gather(buffer, pixel, &list);
+        good = abuffer_gather(buffer, pixel, &list);
+        relations->overlaps += good && deepest(&list) > 1;
         for (size_t i = 0, gap = 0; good && i + 1 < list.count; i++) {
             uint32_t a = list.fragment[i].node_enters, b = list.fragment[i + 1].node_enters;
             if ((a & 1) || !(b & 1) || a >> 1 == b >> 1)
@@ -241,14 +252,14 @@ enum status abuffer_relations(struct abuffer *buffer, struct relations *relation
 
 enum status abuffer_entries(struct abuffer *buffer, uint32_t **first, uint32_t **entry,
                             struct error *err) {
-    struct list list = {0};
+    struct abuffer_list list = {0};
     size_t pixels = (size_t)buffer->width * (size_t)buffer->height, used = 0;
     *first = malloc((pixels + 1) * sizeof **first);
     *entry = malloc((buffer->count + 1) * sizeof **entry);
     bool good = *first && *entry;
     for (size_t pixel = 0; good && pixel < pixels; pixel++) {
         (*first)[pixel] = (uint32_t)used;
-        good = gather(buffer, pixel, &list);
+        good = abuffer_gather(buffer, pixel, &list);
         for (size_t i = 0; good && i < list.count; i++)
             if (list.fragment[i].node_enters & 1)
                 (*entry)[used++] = list.fragment[i].node_enters >> 1;

@@ -3,6 +3,8 @@
 #ifndef PELT_RENDERER_SHELL_ABUFFER_H
 #define PELT_RENDERER_SHELL_ABUFFER_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "api/status.h"
@@ -12,8 +14,23 @@
 struct relations {
     uint32_t *front, *back;
     uint64_t count, capacity;
+    uint64_t
+        overlaps; /* samples on whose ray two stretches overlap, those behind opaque things too */
 };
 void relations_finish(struct relations *relations);
+
+struct abuffer_fragment {
+    double key;           /* grows away from the eye: -1 / H, or H where rays are parallel */
+    uint32_t node_enters; /* node << 1 | enters */
+    uint32_t next;        /* in the buffer: fragment index + 1; 0 ends */
+};
+
+/* The fragments of one sample, nearest first. Zeroed is empty; `fragment` is the caller's to free.
+ */
+struct abuffer_list {
+    struct abuffer_fragment *fragment;
+    size_t count, capacity;
+};
 
 struct abuffer; /* grows as it is drawn to */
 struct abuffer *abuffer_create(int width, int height);
@@ -23,6 +40,13 @@ void abuffer_destroy(struct abuffer *buffer); /* takes NULL */
  * STATUS_OUT_OF_MEMORY. */
 enum status abuffer_draw(struct abuffer *buffer, const struct projection *projection,
                          const uint32_t vertex[3], uint32_t node, bool enters, struct error *err);
+
+/* From now on only samples with only[sample] != 0 are drawn to (bottom row first; NULL: all). The
+ * array is read while drawing. */
+void abuffer_restrict(struct abuffer *buffer, const uint8_t *only);
+
+/* The fragments of a sample, sorted; false where memory ran out. */
+bool abuffer_gather(const struct abuffer *buffer, size_t sample, struct abuffer_list *list);
 
 uint64_t abuffer_fragments(const struct abuffer *buffer);
 

@@ -19,23 +19,9 @@ static double dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* A cell that the eye stands in, or on: the faces that it stands on, with their inward normals. */
-struct touched {
-    uint32_t cell;
-    int count;
-    uint32_t face[4];
-    double inward[4][3];
-};
-
-/* The cells that the eye is no farther out of than `reach`. */
-struct eye_cells {
-    struct touched *list;
-    size_t count, capacity;
-};
-
 static bool touch_cell(const struct shell *shell, const double eye[3], double reach, uint32_t t,
-                       struct touched *touched) {
-    *touched = (struct touched){.cell = t};
+                       struct eye_cell *touched) {
+    *touched = (struct eye_cell){.cell = t};
     for (uint32_t k = 0; k < 4; k++) {
         const double *v[4];
         for (uint32_t i = 0; i < 4; i++)
@@ -66,7 +52,7 @@ static bool find_touched(const struct shell *shell, const double eye[3], double 
     for (uint32_t t = 0; t < shell->tetra_count; t++) {
         if (cells->count == cells->capacity) {
             size_t capacity = 2 * cells->capacity + 16;
-            struct touched *grown = realloc(cells->list, capacity * sizeof *grown);
+            struct eye_cell *grown = realloc(cells->list, capacity * sizeof *grown);
             if (!grown)
                 return false;
             cells->list = grown;
@@ -94,7 +80,7 @@ static uint32_t enter_at_eye(const struct eye_cells *cells, const double d[3], s
     double rounding = -1e-14 * sqrt(dot(d, d));
     for (size_t i = 0; i < cells->count; i++) {
         size_t at = (*guess + i) % cells->count;
-        const struct touched *touched = &cells->list[at];
+        const struct eye_cell *touched = &cells->list[at];
         double least = INFINITY, most = -INFINITY;
         int away = 0;
         for (int f = 0; f < touched->count; f++) {
@@ -111,6 +97,15 @@ static uint32_t enter_at_eye(const struct eye_cells *cells, const double d[3], s
     return LINK_NONE;
 }
 
+uint32_t entries_at_eye(const struct eye_cells *cells, const struct view *view, size_t sample,
+                        size_t *guess) {
+    double x = 2 * ((double)(sample % (size_t)view->width) + 0.5) / view->width - 1, d[3];
+    double y = 2 * ((double)(sample / (size_t)view->width) + 0.5) / view->height - 1;
+    for (int i = 0; i < 3; i++)
+        d[i] = view->d0[i] + x * view->du[i] + y * view->dv[i];
+    return enter_at_eye(cells, d, guess);
+}
+
 /* Puts an entry at the eye before those of each sample. */
 static bool begin_at_eye(const struct eye_cells *cells, const struct view *view,
                          struct entries *entries) {
@@ -119,13 +114,9 @@ static bool begin_at_eye(const struct eye_cells *cells, const struct view *view,
     if (!entry)
         return false;
     for (size_t s = 0; s < samples; s++) {
-        double x = 2 * ((double)(s % (size_t)view->width) + 0.5) / view->width - 1, d[3];
-        double y = 2 * ((double)(s / (size_t)view->width) + 0.5) / view->height - 1;
-        for (int i = 0; i < 3; i++)
-            d[i] = view->d0[i] + x * view->du[i] + y * view->dv[i];
         uint32_t begin = entries->first[s], end = entries->first[s + 1];
         entries->first[s] = (uint32_t)used;
-        uint32_t at_eye = enter_at_eye(cells, d, &guess);
+        uint32_t at_eye = entries_at_eye(cells, view, s, &guess);
         if (at_eye != LINK_NONE)
             entry[used++] = at_eye;
         memcpy(entry + used, entries->entry + begin, (end - begin) * sizeof *entry);
@@ -138,47 +129,73 @@ static bool begin_at_eye(const struct eye_cells *cells, const struct view *view,
     return true;
 }
 
-/* Where the eye stands in a cell, or on the sides of some. What is nearer than PROJECT_DEPTH_MIN
- * the A-buffer does not see, so faces up to four times as far count as stood on. */
-static bool find_eye(const struct shell *shell, const struct view *view, const double eye[3],
-                     struct eye_cells *cells, struct entries *entries) {
+/* Relative to the shell's centre; orthographic: the direction toward it. */
+static void eye_of(const struct view *view, double eye[3]) {
+    for (int i = 0; i < 3; i++)
+        eye[i] = view->orthographic ? -view->d0[i] : view->o0[i] - view->d0[i];
+}
+
+/* What is nearer than PROJECT_DEPTH_MIN the A-buffer does not see, so faces up to four times as far
+ * count as stood on. */
+bool entries_find_eye(const struct shell *shell, const struct projection *projection,
+                      struct eye_cells *cells) {
+    const struct view *view = &projection->view;
+    *cells = (struct eye_cells){0};
+    if (!projection->behind || view->orthographic)
+        return true;
+    double eye[3];
+    eye_of(view, eye);
     double reach = 4 * PROJECT_DEPTH_MIN *
                    (sqrt(dot(view->d0, view->d0)) + sqrt(dot(view->ou, view->ou)) +
                     sqrt(dot(view->ov, view->ov)));
     if (!find_touched(shell, eye, reach, cells))
         return false;
-    for (size_t i = 0; i < cells->count; i++)
-        if (cells->list[i].count == 0) {
-            entries->start = cells->list[i].cell << 2;
-            cells->count = 0; /* well within one: none is begun elsewhere */
-        }
+    size_t touched = 0;
+    for (size_t i = 0; i < cells->count; i++) {
+        if (cells->list[i].count > 0)
+            cells->list[touched++] = cells->list[i];
+        else if (cells->within_count++ < EYE_WITHIN_MAX)
+            cells->within[cells->within_count - 1] = cells->list[i].cell;
+    }
+    cells->count = cells->within_count ? 0 : touched; /* well within one: none is begun elsewhere */
     return true;
+}
+
+enum status entries_draw(const struct shell *shell, const struct projection *projection,
+                         const struct eye_cells *cells, uint32_t first_cell, bool enters,
+                         struct abuffer *buffer, struct error *err) {
+    const struct view *view = &projection->view;
+    double eye[3];
+    eye_of(view, eye);
+    enum status status = STATUS_OK;
+    for (uint32_t t = 0; t < shell->tetra_count && status == STATUS_OK; t++)
+        for (uint32_t k = 0; k < 4 && status == STATUS_OK; k++) {
+            if (shell->neighbour[t][k] != SHELL_NONE)
+                continue;
+            int side = sort_eye_side(shell, eye, view->orthographic, t, (int)k);
+            if ((enters ? side >= 0 : side <= 0) || (enters && is_touched(cells, t, k)))
+                continue;
+            uint32_t face[3];
+            for (uint32_t v = 0; v < 3; v++)
+                face[v] = shell->tetra[t][(k + 1 + v) & 3];
+            status = abuffer_draw(buffer, projection, face, (first_cell + t) << 2 | k, enters, err);
+        }
+    return status;
 }
 
 enum status entries_find(const struct shell *shell, const struct projection *projection,
                          uint8_t *met, struct entries *entries, struct error *err) {
     *entries = (struct entries){.start = LINK_NONE};
     const struct view *view = &projection->view;
-    double eye[3]; /* orthographic: the direction toward it */
-    for (int i = 0; i < 3; i++)
-        eye[i] = view->orthographic ? -view->d0[i] : view->o0[i] - view->d0[i];
     struct abuffer *buffer = abuffer_create(view->width, view->height);
     struct eye_cells cells = {0};
     enum status status = STATUS_OK;
-    if (!buffer ||
-        (projection->behind && !view->orthographic && !find_eye(shell, view, eye, &cells, entries)))
+    if (!buffer || !entries_find_eye(shell, projection, &cells))
         status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the A-buffer");
-    for (uint32_t t = 0; t < shell->tetra_count && status == STATUS_OK; t++)
-        for (uint32_t k = 0; k < 4 && status == STATUS_OK; k++) {
-            if (shell->neighbour[t][k] != SHELL_NONE ||
-                sort_eye_side(shell, eye, view->orthographic, t, (int)k) >= 0 ||
-                is_touched(&cells, t, k))
-                continue;
-            uint32_t face[3];
-            for (uint32_t v = 0; v < 3; v++)
-                face[v] = shell->tetra[t][(k + 1 + v) & 3];
-            status = abuffer_draw(buffer, projection, face, t << 2 | k, true, err);
-        }
+    if (cells.within_count)
+        entries->start = cells.within[0] << 2;
+    if (status == STATUS_OK)
+        status = entries_draw(shell, projection, &cells, 0, true, buffer, err);
     if (status == STATUS_OK) {
         status = abuffer_entries(buffer, &entries->first, &entries->entry, err);
         entries->count = abuffer_fragments(buffer);

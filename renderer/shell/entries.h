@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "api/status.h"
+#include "renderer/shell/abuffer.h"
 #include "renderer/shell/project.h"
 #include "renderer/shell/shell.h"
 
@@ -23,6 +24,38 @@ struct entries {
  * somewhere. STATUS_OUT_OF_MEMORY. */
 enum status entries_find(const struct shell *shell, const struct projection *projection,
                          uint8_t *met, struct entries *entries, struct error *err);
+/* A cell that the eye stands in, or on: the faces that it stands on, with their inward normals. */
+struct eye_cell {
+    uint32_t cell;
+    int count;
+    uint32_t face[4];
+    double inward[4][3];
+};
+
+enum { EYE_WITHIN_MAX = 8 };
+
+/* The cells that the eye stands well within, one for each fold (the first EYE_WITHIN_MAX of them);
+ * where there are none, those on whose sides it stands. `list` is the caller's to free. */
+struct eye_cells {
+    uint32_t within[EYE_WITHIN_MAX], within_count;
+    struct eye_cell *list;
+    size_t count, capacity;
+};
+
+/* Empty where nothing lies behind the eye, or rays are parallel. False where memory ran out. */
+bool entries_find_eye(const struct shell *shell, const struct projection *projection,
+                      struct eye_cells *cells);
+
+/* Where the eye stands on sides (cells->count > 0): the face through which a sample's ray enters a
+ * cell there, LINK_NONE: it heads out of the shell. `*guess` is where the last one was found. */
+uint32_t entries_at_eye(const struct eye_cells *cells, const struct view *view, size_t sample,
+                        size_t *guess);
+
+/* Draws the boundary faces of a shell through which rays enter (`enters`; not those that the eye
+ * stands on), or leave, as nodes (first_cell + cell) << 2 | face. STATUS_OUT_OF_MEMORY. */
+enum status entries_draw(const struct shell *shell, const struct projection *projection,
+                         const struct eye_cells *cells, uint32_t first_cell, bool enters,
+                         struct abuffer *buffer, struct error *err);
 void entries_finish(struct entries *entries);
 
 /* A shell for walking: WALK_TEXELS texels a cell, and four links. With v_0 the first vertex

@@ -351,6 +351,7 @@ enum status sort_tetrahedra(const struct sort_shell *shells, uint32_t shell_coun
         abuffer_mark(buffer, met);
     result->fragments = abuffer_fragments(buffer);
     result->edges = relations.count;
+    result->overlaps = relations.overlaps;
     abuffer_destroy(buffer);
     buffer = NULL;
     if (!index_relations(&graph, &relations, (uint32_t)nodes)) {

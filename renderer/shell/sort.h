@@ -27,6 +27,7 @@ struct sort_result {
     uint64_t count;
     uint64_t edges;       /* relations found by the A-buffer */
     uint64_t fragments;   /* of boundary faces */
+    uint64_t overlaps;    /* samples on whose ray stretches within shells overlap */
     uint64_t cycles;      /* strongly connected components of more than one tetrahedron */
     uint64_t cycle_tetra; /* tetrahedra in them: ordered by shared faces, and by depth */
     uint64_t cycle_first; /* the first such tetrahedron */
