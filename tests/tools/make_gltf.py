@@ -119,6 +119,32 @@ def plain():
     return model.finish().glb()
 
 
+def plates(heights):
+    """Square plates of side 2 at given heights in Pelt's z, each facing up (1) or down (-1)."""
+    model = Model()
+    square = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    points = [(x, z, -y) for z, _ in heights for x, y in square]
+    normals = [(0, up, 0) for _, up in heights for _ in square]
+    uvs = [((x + 1) / 2, (y + 1) / 2) for _ in heights for x, y in square]
+    sides = [tuple(4 * k + i for i in ((0, 1, 2, 3) if up > 0 else (0, 3, 2, 1)))
+             for k, (_, up) in enumerate(heights)]
+    model.mesh({"attributes": {"POSITION": model.accessor(points), "NORMAL": model.accessor(normals),
+                               "TEXCOORD_0": model.accessor(uvs)},
+                "indices": model.accessor(split(sides), UBYTE)})
+    model.node(mesh=0)
+    return model.finish().glb()
+
+
+def facing_plates():
+    """Two plates that face one another: thick shells over them overlap."""
+    return plates([(0, 1), (0.3, -1)])
+
+
+def stacked_plates():
+    """Seven plates close above one another."""
+    return plates([(k / 16, 1) for k in range(7)])
+
+
 def hard_edges():
     """The cube as an exporter writes it: 24 vertices, flat normals, each side one texture. As .gltf."""
     model = Model()
@@ -447,7 +473,7 @@ if __name__ == "__main__":
     directory = sys.argv[1]
     os.makedirs(directory, exist_ok=True)
     for name, make in sorted(globals().items()):
-        if callable(make) and make.__doc__ and name not in ("glb", "png") and not isinstance(make, type):
+        if callable(make) and make.__doc__ and name not in ("glb", "plates", "png") and not isinstance(make, type):
             data = make()
             extension = ".glb" if data[:4] == b"glTF" or name == "bad_kind" else ".gltf"
             with open(os.path.join(directory, name + extension), "wb") as file:
