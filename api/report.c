@@ -44,12 +44,15 @@ void report_settle(struct report *report) {
 
 static void append(struct report_pass passes[REPORT_PASSES_MAX], size_t *count, const char *name,
                    const char *why) {
-    assert(*count < REPORT_PASSES_MAX);
-    if (*count == REPORT_PASSES_MAX)
+    size_t i = 0;
+    while (i < *count && strcmp(passes[i].name, name) != 0)
+        i++;
+    assert(i < REPORT_PASSES_MAX);
+    if (i == REPORT_PASSES_MAX)
         return;
-    struct report_pass *pass = &passes[(*count)++];
-    snprintf(pass->name, sizeof pass->name, "%s", name);
-    snprintf(pass->why, sizeof pass->why, "%s", why ? why : "");
+    *count += i == *count;
+    snprintf(passes[i].name, sizeof passes[i].name, "%s", name);
+    snprintf(passes[i].why, sizeof passes[i].why, "%s", why ? why : "");
 }
 
 void report_pass(struct report *report, const char *name, const char *why) {

@@ -122,7 +122,8 @@ struct report {
 void report_warn(struct report *report, const char *code, const char *pointer, uint64_t count,
                  uint64_t first, const char *format, ...) __attribute__((format(printf, 6, 7)));
 
-/* Appends to passes, and takes the pass off left_out; or appends to left_out. */
+/* Puts a row in passes, and takes it off left_out; or puts one in left_out. A row that is there has
+ * its reason replaced. */
 void report_pass(struct report *report, const char *name, const char *why);
 void report_left_out(struct report *report, const char *name, const char *why);
 

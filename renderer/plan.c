@@ -226,6 +226,10 @@ void plan_report(const struct plan *plan, const struct scene *scene,
          : needs.voxels ? "every prism is affine: both maps are one"
          : needs.shells ? "no shell has voxels"
                         : NO_SHELL);
+    tell(report, "overlap", false, NULL, /* until samples are looked at: renderer/path/walk.c */
+         !plan->media   ? needs.shells ? "no material has a medium" : NO_SHELL
+         : needs.sorted ? "cells are sorted, not walked through"
+                        : "no sample's ray was found to meet two stretches at once");
     tell(report, "media", plan->media, "a material has a medium",
          needs.shells ? "no material has a medium: nothing is blended" : NO_SHELL);
     snprintf(why, sizeof why, "the mean of %d x %d samples a pixel, alpha from optical depth",

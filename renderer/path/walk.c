@@ -246,6 +246,7 @@ static enum status prepare_medium(struct walk_pass *pass, struct picture *pictur
                                : status;
 }
 
+/* The plan has it that nothing overlaps (renderer/plan.c). */
 static void tell_overlap(const struct overlap *overlap, struct report *report) {
     char why[160];
     snprintf(why, sizeof why,
@@ -258,8 +259,8 @@ static void tell_overlap(const struct overlap *overlap, struct report *report) {
         snprintf(why, sizeof why, "nothing overlaps, but each of several shells hides another");
     if (joint)
         report_pass(report, "overlap", why);
-    else if (overlap->samples == 0)
-        report_left_out(report, "overlap", "no shell overlaps another, or itself, at any sample");
+    else if (overlap->approximate)
+        report_left_out(report, "overlap", "a shell folds too deep to walk through all at once");
     if (overlap->approximate)
         report_warn(report, "folds-overlap", "/objects", overlap->approximate, 0,
                     "samples on whose ray a shell folds over itself more than %d times; there its "
@@ -285,6 +286,8 @@ static enum status give_up_media(struct picture *picture, struct error *err) {
         object->walk = false;
     }
     report_pass(picture->report, "sort", "more shells overlap than can be walked at once");
+    report_pass(picture->report, "cells", "tetrahedra are drawn one by one, from a table");
+    report_left_out(picture->report, "overlap", "more shells overlap than can be walked at once");
     return STATUS_OK;
 }
 
@@ -391,14 +394,12 @@ enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture, s
             status = upload_shell(pass, object, picture, err);
         by_cells |= object->solid_cells;
     }
-    if (by_cells && !picture->target->depth) {
+    if (by_cells) {
+        report_pass(picture->report, "cells",
+                    "folds of a shell overlap: the depth of its cells finds the nearest surface");
+        report_pass(picture->report, "depth", "opaque things hide one another, or media");
         picture->depth = true;
-        report_pass(picture->report, "depth", "cells of a solid hide one another");
     }
-    if (by_cells)
-        report_pass(
-            picture->report, "solid-cells",
-            "folds of a shell overlap: the depth test of its cells finds the nearest surface");
     return status;
 }
 

@@ -400,7 +400,7 @@ static void test_walk_through_the_bunny(void **state) {
     }
 }
 
-/* What cannot be walked is refused if asked for, with its pointer. */
+/* What cannot be walked is refused if asked for, with its pointer: a medium among sorted ones. */
 static void test_walk_refused(void **state) {
     (void)state;
     struct render_result result;
@@ -409,7 +409,7 @@ static void test_walk_refused(void **state) {
             renderer, &result,
             "{'objects': [{'shell': {'mesh': {'shape': 'sphere'}, 'material': {'builtin': "
             "'fur'}}, 'quality': {'order': 'walk'}}, {'shell': {'mesh': {'shape': 'torus'}, "
-            "'material': {'builtin': 'clouds'}}}]}"),
+            "'material': {'builtin': 'clouds'}}, 'quality': {'order': 'sorted'}}]}"),
         STATUS_NOT_IMPLEMENTED);
 }
 
