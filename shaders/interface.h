@@ -34,9 +34,9 @@
 #define FLAG_AMBIENT     0x0200 /* ambient light alone, the same from everywhere: no normals */
 #define FLAG_FP64        0x0400 /* rays meet cells in doubles (renderer/shell/precision.h) */
 #define FLAG_EXACT       0x0800 /* texture coordinates by the prisms' own map, not the tetrahedra's */
+#define FLAG_SLOTS_1     0x1000 /* overlap: one slot more than two */
+#define FLAG_SLOTS_2     0x2000 /* overlap: two slots more */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
-#define FLAG_SLOTS_1     0x0800 /* overlap: one slot more than two */
-#define FLAG_SLOTS_2     0x1000 /* overlap: two slots more */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */

@@ -121,7 +121,7 @@ bool walk_possible_with_others(const struct path_object *object, const char **wh
     double most = 0, speed = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     for (uint32_t v = 0; v < object->shell->vertex_count; v++)
         most = fmax(most, fabs(projection->clip[v][2] - 1)); /* view.h: t = H - 1 */
-    bool fine = most * ldexp(speed, -24) <= 1e-3 * object->shell->thickness;
+    bool fine = !object->fp64 && most * ldexp(speed, -24) <= 1e-3 * object->shell->thickness;
     *why = fine ? NULL : "the shell is too thin for the depth of the scene";
     return fine;
 }
@@ -263,8 +263,9 @@ static void tell_overlap(const struct overlap *overlap, struct report *report) {
         report_left_out(report, "overlap", "a shell folds too deep to walk through all at once");
     if (overlap->approximate)
         report_warn(report, "folds-overlap", "/objects", overlap->approximate, 0,
-                    "samples on whose ray a shell folds over itself more than %d times; there its "
-                    "colours are mixed one fold after another, not by extinction",
+                    "samples on whose ray a shell folds over itself, more than %d times or so thin "
+                    "that it needs doubles; there its colours are mixed one fold after another, "
+                    "not by extinction",
                     SLOTS_MAX);
 }
 
@@ -305,7 +306,7 @@ static enum status prepare_media(struct walk_pass *pass, struct picture *picture
                                OVERLAP_SHELLS_MAX);
         object_of[count] = (uint32_t)i;
         shells[count++] = (struct overlap_shell){object->shell, &object->projection,
-                                                 object->object->shell.has_base};
+                                                 object->object->shell.has_base, object->fp64};
     }
     if (count == 0)
         return STATUS_OK;
@@ -364,7 +365,7 @@ static enum status prepare_solid(struct walk_pass *pass, struct picture *picture
     if (!draw->shared && !object->solid_cells) {
         stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
         struct overlap_shell shell = {object->shell, &object->projection,
-                                      object->object->shell.has_base};
+                                      object->object->shell.has_base, object->fp64};
         struct overlap overlap;
         status = overlap_find(&shell, 1, picture->met, &overlap, err);
         picture->report->work.fragments += overlap.fragments;

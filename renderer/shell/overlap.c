@@ -367,7 +367,8 @@ static enum status add_joint(struct scan *scan, uint64_t group, uint32_t slots,
         return out_of_memory(err);
     enum status status = mark_group(scan, group, at_eye, joint, &overlapping, err);
     overlap->samples += overlapping;
-    if (status == STATUS_OK && slots > SLOTS_MAX) {
+    if (status == STATUS_OK && draw.shell_count == 1 &&
+        (slots > SLOTS_MAX || scan->shells[draw.shell[0]].fp64)) {
         overlap->approximate += overlapping;
         add_plain(scan, draw.shell[0], overlap);
     } else if (status == STATUS_OK) {

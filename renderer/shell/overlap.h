@@ -13,6 +13,7 @@ struct overlap_shell {
     const struct shell *shell;
     const struct projection *projection;
     bool has_base; /* its bottom is opaque: nothing behind it counts */
+    bool fp64;     /* its cells must be met in doubles, which no joint walk does */
 };
 
 /* One draw: a plain walk through one shell, or a joint walk through the stretches of several. */
@@ -40,7 +41,8 @@ struct overlap {
     uint64_t fragments;   /* boundary faces at samples */
     uint64_t samples;     /* those on whose ray something overlaps */
     uint64_t approximate; /* of these, those past what a joint walk holds: a shell that folds over
-                             itself more than SLOTS_MAX times is walked one stretch after another */
+                             itself more than SLOTS_MAX times, or needs fp64, is walked one stretch
+                             after another */
     bool too_many;        /* several shells need more than SLOTS_MAX slots: `draw` is empty, and
                              their cells must be sorted instead */
     int deepest;          /* most stretches over one another */

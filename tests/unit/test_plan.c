@@ -10,7 +10,7 @@
 
 /* Every row of the plan. */
 static const char *const parts[] = {
-    "surface",     "entries",     "solid",    "sort",          "exact-map",    "media",
+    "surface",     "entries",     "solid",    "sort",          "exact-map",    "overlap",       "media",
     "resolve",     "trials",      "error",    "supersampling", "depth",        "occluded",
     "voxels",      "closed-form", "cells",    "eye-inside",    "fp64",         "light",
     "ambient",     "shadow",      "specular", "gradients",     "mesh-normals", "base-textures",
@@ -84,7 +84,13 @@ static const struct row rows[] = {
     {ONE SHELL(SPHERE, MIST, ", 'thickness': 1e-5") SORTED END,
      "sort media resolve closed-form cells fp64", "TETRA:homogeneous+fp64 RESOLVE:"},
     {ONE SHELL(SPHERE, MIST, "") "}, " SHELL(SPHERE, MIST, "") END,
+     "entries media resolve closed-form overlap", "OVERLAP: RESOLVE:"},
+    {ONE SHELL(SPHERE, MIST, "") "}, " SHELL(SPHERE, MIST, "") SORTED END,
      "sort media resolve closed-form cells", "TETRA:homogeneous RESOLVE:"},
+    {ONE SHELL(SPHERE, MIST, "") "}, " SHELL(SPHERE, FUR, ", 'base': {'color': [1, 0, 0]}") END,
+     "surface entries media resolve depth occluded voxels closed-form light gradients "
+     "mesh-normals overlap",
+     "OVERLAP:lit+occluded SURFACE:lit RESOLVE:"},
     {ONE SHELL(SPHERE, "'builtin': 'homogeneous', 'extinction': 0", "") END, "resolve", "RESOLVE:"},
     {ONE "{'mesh': {" SPHERE "}" END, "surface resolve depth light mesh-normals",
      "SURFACE:lit RESOLVE:"},
