@@ -214,6 +214,18 @@ static void test_eye_and_occluder(void **state) {
 static void test_too_many(void **state) {
     (void)state;
     struct slab slabs[6];
+    struct render_result sorted;
+    char two[JSON_MAX];
+    write_slabs(two, stacks[0].slab, 2, "sorted");
+    assert_int_equal(support_draw(renderer, &sorted,
+                                  "{'image': {'width': 16, 'height': 16, 'samples': 1}, 'camera': "
+                                  "{'eye': [0, 0, 5], 'target': [0, 0, 0], 'up': [0, 1, 0], "
+                                  "'ortho_height': 2}, 'objects': [%s]}",
+                                  two),
+                     STATUS_OK);
+    assert_close(sorted.pixels[3], -expm1(-3), 1e-5);
+    assert_int_equal(warning(&sorted.report, "overlap-approximate"), 256);
+    render_result_finish(&sorted);
     for (int i = 0; i < 6; i++)
         slabs[i] = (struct slab){0.1 * i, 0.1 * i + 0.7, 0.5, i % 3, 0, false};
     for (int insist = 0; insist < 2; insist++) {
