@@ -65,7 +65,7 @@ static inline void sweep_fixture_make(struct sweep_fixture *fixture, bool sample
     snprintf(sweep->report.backend, sizeof sweep->report.backend, "egl");
     sweep->report.threads = 2;
     sweep->report.work.samples = 96;
-    report_warn(&sweep->report, "shells-may-overlap", "/objects/<0>", 2, 0, "bounds \"overlap\"");
+    report_warn(&sweep->report, "overlap-approximate", "/objects/<0>", 2, 0, "bounds \"overlap\"");
     const struct error_figures unknown = {0, NAN, NAN, NAN, NAN};
     for (int s = 0; s < 2; s++) {
         fixture->series[s] = (struct sweep_series){.row = &sweep_rows[s],

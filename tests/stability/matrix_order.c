@@ -78,7 +78,7 @@ static void overlaps(struct matrix *matrix) {
                                .bound = BOUND_PICTURE,
                                .most = 1e-4,
                                .may_refuse = "walk",
-                               .may_warn = "shells-may-overlap",
+                               .may_warn = "overlap-approximate",
                                .most_warned = 0.3,
                                .why =
                                    "flat and homogeneous: exact where extinctions add and colours "
