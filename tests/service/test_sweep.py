@@ -151,9 +151,9 @@ class Sweep(unittest.TestCase):
                          {"sweep.json", "sweep.csv", "sweep.html", "tetra-walk-2.png"})
 
     def test_a_refused_series_is_listed(self):
-        shell = TINY["objects"][0]
-        path = self.write("two.json", {**TINY, "objects": [
-            shell, {**shell, "transform": {"translate": [0, 0, 3]}}]})
+        # Parallel rays from a plane that cuts the shell: each would begin its walk in another cell.
+        path = self.write("cut.json", {**TINY, "camera": {
+            "eye": [0, 0, 0], "target": [1, 0, 0], "ortho_height": 3}})
         run = self.pelt(path, "--quality", "2", "--repeats", "1", "--pixels", "50", "--json")
         self.assertEqual(run.returncode, 0, run.stderr)
         walk, sort = json.loads(run.stdout)["series"][:2]

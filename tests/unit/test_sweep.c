@@ -12,9 +12,10 @@
 static const char fur_scene[] = "{'image': {'width': 40, 'height': 32, 'samples': 1},"
                                 " 'target': {'deadline_ms': 1}, 'report': {'error': 'reference'},"
                                 " 'objects': [{" FUR ", 'quality': {'samples': 3}}]}";
-static const char two_media[] =
-    "{'image': {'width': 24, 'height': 24, 'samples': 1},"
-    " 'objects': [{" FUR "}, {" FUR ", 'transform': {'translate': [0, 0, 2]}}]}";
+/* Parallel rays from a plane that cuts the shell: each would begin its walk in another cell. */
+static const char cut_by_the_eye[] =
+    "{'image': {'width': 24, 'height': 24, 'samples': 1}, 'camera': {'eye': [0, 0, 0], 'target': "
+    "[1, 0, 0], 'ortho_height': 3}, 'objects': [{" FUR "}]}";
 static const char plain_mesh[] = "{'objects': [{'mesh': {'shape': 'sphere'}}]}";
 
 struct run {
@@ -168,7 +169,7 @@ static void reference_is_bounded(void **state) {
 static void refusals_are_told(void **state) {
     struct run run;
     struct sweep_options options = {.qualities = two, .quality_count = 2, .repeats = 1};
-    assert_int_equal(run_sweep(*state, &run, two_media, &options), STATUS_OK);
+    assert_int_equal(run_sweep(*state, &run, cut_by_the_eye, &options), STATUS_OK);
     const struct sweep_series *walked = &run.sweep->series[0], *sorted = &run.sweep->series[1];
     assert_string_equal(walked->row->name, "tetra-walk");
     assert_non_null(strstr(walked->refused, "/quality/order: cannot walk"));
@@ -180,7 +181,7 @@ static void refusals_are_told(void **state) {
     run_finish(&run);
     options.series = walk_alone;
     options.series_count = 1;
-    assert_int_equal(run_sweep(*state, &run, two_media, &options), STATUS_NOT_IMPLEMENTED);
+    assert_int_equal(run_sweep(*state, &run, cut_by_the_eye, &options), STATUS_NOT_IMPLEMENTED);
     assert_true(has_fault(&run.err, "/objects", "cannot walk"));
     run_finish(&run);
     assert_int_equal(run_sweep(*state, &run, plain_mesh, &options), STATUS_INVALID_SCENE);
