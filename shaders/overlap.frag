@@ -9,11 +9,17 @@
  * A stretch is what lies between an entry and the exit that its walk finds. SLOTS of them are walked
  * at once, each from cell to cell as in walk.frag. An iteration goes on to the next event, which is
  * the nearest exit from a cell or the next entry, samples all slots at the same points on the way
- * (midpoint rule: between events every texture map is affine, so it is of second order), and fetches
+ * (midpoint rule: between events every texture map is smooth, so it is of second order), and fetches
  * the one cell that begins there: as many cells as separate walks would fetch, and SLOTS texture
  * fetches a sample. The CPU has counted how deep stretches nest (renderer/shell/overlap.h) and so
  * how many slots each shell needs; each slot belongs to one shell, so its textures are bound, not
  * chosen. An entry that finds no slot free, by rounding, waits for the exit that it coincides with.
+ *
+ * Where prisms are not affine (FLAG_EXACT; common_prism.glsl), a cell's way through the texture is the
+ * parabola through the prism's own map where the ray enters, half way, and where it leaves: three
+ * inversions a cell instead of one a sample for each slot, third order in the cell's size. (Cells that
+ * walk alone end where the prism's ruled side is; here they end at their own plane faces.) Normals are
+ * those half way.
  *
  * A homogeneous medium is a texture of one texel, and asks for no steps. */
 #define SLOTS (2 + (VARIANT & FLAG_SLOTS_1) / FLAG_SLOTS_1 + (VARIANT & FLAG_SLOTS_2) / FLAG_SLOTS_2 * 2)
@@ -22,6 +28,9 @@
 #include "common_sample.glsl"
 #include "common_math.glsl"
 #include "common_walk.glsl"
+#if (VARIANT & FLAG_EXACT) != 0
+#include "common_prism.glsl"
+#endif
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
@@ -36,8 +45,10 @@ layout(location = 0) uniform int starts; /* entries, from 0 on, that every ray b
 layout(location = 1) uniform int width;  /* of the sample grid */
 layout(location = 2) uniform int visits; /* most cells that a ray may see */
 layout(location = 3) uniform vec2 limit; /* most steps; transmittance that ends a ray */
-/* Which shell a slot belongs to, the first of that shell's cells in the table, whether it is lit. */
+/* Which shell a slot belongs to, the first of that shell's cells in the table, SLOT_*. */
 layout(location = 4) uniform uvec3 slot[SLOTS];
+#define SLOT_LIT 1u
+#define SLOT_EXACT 2u
 
 layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
 layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
@@ -50,6 +61,9 @@ struct Slot {
     float t_in, t_out;       /* where the cell begins and ends */
     uint next;               /* what lies beyond */
     vec3 q, dq;              /* texture coordinates at t_in, and how they change with t */
+#if (VARIANT & FLAG_EXACT) != 0
+    vec3 ddq; /* and with its square */
+#endif
 #if (VARIANT & FLAG_LIT) != 0
     mat3 normal; /* from a gradient over texture space to the object's */
 #endif
@@ -66,6 +80,9 @@ Slot slot_for(int k, vec2 p) {
     s.t_out = IDLE;
     s.next = LINK_NONE;
     s.q = s.dq = vec3(0.0);
+#if (VARIANT & FLAG_EXACT) != 0
+    s.ddq = vec3(0.0);
+#endif
 #if (VARIANT & FLAG_LIT) != 0
     s.normal = mat3(0.0);
 #endif
@@ -140,15 +157,21 @@ void main() {
     vec3 shaded = lit(m.rgb / max(m.a, 1.0e-30), n, v, g / (g + 0.01),                             \
                       frame[k * FRAME_VEC4S + FRAME_MATERIAL].xy) *                                \
                   m.a;                                                                             \
-    m.rgb = slot[k].z != 0u ? shaded : m.rgb;
+    m.rgb = (slot[k].z & SLOT_LIT) != 0u ? shaded : m.rgb;
 #elif (VARIANT & FLAG_AMBIENT) != 0
-#define LIGHT(k) m.rgb *= slot[k].z != 0u ? frame[FRAME_AMBIENT].rgb : vec3(1.0);
+#define LIGHT(k) m.rgb *= (slot[k].z & SLOT_LIT) != 0u ? frame[FRAME_AMBIENT].rgb : vec3(1.0);
 #else
 #define LIGHT(k)
 #endif
+#if (VARIANT & FLAG_EXACT) != 0
+#define PLACE(k, dt) s[k].q + dt * (s[k].dq + dt * s[k].ddq)
+#else
+#define PLACE(k, dt) s[k].q + dt * s[k].dq
+#endif
 #define SAMPLE(k)                                                                                  \
     {                                                                                              \
-        vec3 q = s[k].q + (at - s[k].t_in) * s[k].dq;                                              \
+        float dt = at - s[k].t_in;                                                                 \
+        vec3 q = PLACE(k, dt);                                                                     \
         vec4 m = texture(medium[k], q);                                                            \
         LIGHT(k)                                                                                   \
         float density = s[k].t_out < IDLE ? s[k].density : 0.0;                                    \
@@ -166,13 +189,14 @@ void main() {
 
         /* The cell that begins there, if any, for the slot concerned. */
         int k_next = enters ? vacant : leaver;
-        uint here = enters ? ENTRY_LINK(door.x) : LINK_NONE, base = 0u;
+        uint here = enters ? ENTRY_LINK(door.x) : LINK_NONE, base = 0u, kind = 0u;
         vec3 origin = vec3(0.0), d = vec3(1.0);
 #define CONCERNED(k)                                                                               \
     here = leaver == k && !enters ? s[k].next : here;                                              \
     origin = k_next == k ? s[k].origin : origin;                                                   \
     d = k_next == k ? s[k].d : d;                                                                  \
-    base = k_next == k ? slot[k].y : base;
+    base = k_next == k ? slot[k].y : base;                                                         \
+    kind = k_next == k ? slot[k].z : kind;
         EACH_SLOT(CONCERNED)
         bool inside = here != LINK_NONE;
         bool at_eye = enters && entry < starts;
@@ -189,11 +213,27 @@ void main() {
         vec3 q = uvw + (cell.a.y + t_in * cell.b.y) * u1 + (cell.a.z + t_in * cell.b.z) * u2 +
                  (cell.a.w + t_in * cell.b.w) * u3;
         vec3 dq = cell.b.y * u1 + cell.b.z * u2 + cell.b.w * u3;
+#if (VARIANT & FLAG_EXACT) != 0
+        /* Both ends first, then the middle, whose products stay for the normals. */
+        float length_t = inside ? t_out - t : 0.0, over = 1.0 / max(length_t, 1.0e-15);
+        Way way = way_begin(uint(index), uvw.xy, cell.a.yzw + t_in * cell.b.yzw,
+                            length_t * cell.b.yzw);
+        vec3 q_in = way_at(way, 0.0), q_out = way_at(way, 1.0), q_mid = way_at(way, 0.5);
+        bool exact = inside && (kind & SLOT_EXACT) != 0u;
+        q = exact ? q_in : q;
+        dq = exact ? (4.0 * (q_mid - q_in) - (q_out - q_in)) * over : dq;
+        vec3 ddq = exact ? (2.0 * (q_out - q_in) - 4.0 * (q_mid - q_in)) * over * over : vec3(0.0);
+#endif
 #if (VARIANT & FLAG_LIT) != 0
         vec3 n1 = cell.c1.xyz * scale, n2 = cell.c2.xyz * scale, n3 = cell.c3.xyz * scale;
         mat3 normal =
             mat3(n1 * u1.x + n2 * u2.x + n3 * u3.x, n1 * u1.y + n2 * u2.y + n3 * u3.y,
                  n1 * u1.z + n2 * u2.z + n3 * u3.z);
+#if (VARIANT & FLAG_EXACT) != 0
+        normal[0] = exact ? way.X * way.du1.x + way.Y * way.du2.x : normal[0];
+        normal[1] = exact ? way.X * way.du1.y + way.Y * way.du2.y : normal[1];
+        normal[2] = exact ? way.Z : normal[2];
+#endif
 #define TURN(k)                                                                                    \
     s[k].normal[0] = k_next == k ? normal[0] : s[k].normal[0];                                     \
     s[k].normal[1] = k_next == k ? normal[1] : s[k].normal[1];                                     \
@@ -207,6 +247,10 @@ void main() {
     s[k].q = k_next == k ? q : s[k].q;                                                             \
     s[k].dq = k_next == k ? dq : s[k].dq;
         EACH_SLOT(STORE)
+#if (VARIANT & FLAG_EXACT) != 0
+#define BEND(k) s[k].ddq = k_next == k ? ddq : s[k].ddq;
+        EACH_SLOT(BEND)
+#endif
         entry += enters ? 1 : 0;
         entry = enters && entry == starts ? first : entry;
         more = entry < starts || entry < last;

@@ -8,7 +8,18 @@
 #include "renderer/path/frame.h"
 #include "renderer/path/variant.h"
 
-enum { CELL_BYTES = WALK_TEXELS * 16, LINK_BYTES = 16 };
+enum { CELL_BYTES = WALK_TEXELS * 16, LINK_BYTES = 16, MAP_BYTES = MAP_TEXELS * 16 };
+enum { TABLES = 3 }; /* cells, links, maps */
+
+/* Bits of slot[].z in the shader. */
+enum { SLOT_LIT = 1, SLOT_EXACT = 2 };
+
+static bool any_exact(const struct joint *joint) {
+    for (uint32_t i = 0; i < joint->shell_count; i++)
+        if (joint->shell[i].maps)
+            return true;
+    return false;
+}
 
 /* Lit shells of one picture are all lit by the same lights: with a direction, or by none. */
 static uint32_t variant_of(const struct joint *joint, const struct picture *picture) {
@@ -19,7 +30,7 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
                  (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
-    return flags;
+    return flags | (any_exact(joint) ? FLAG_EXACT : 0);
 }
 
 static GLuint one_texel(const float value[4]) {
@@ -42,9 +53,10 @@ static GLuint constant_of(const struct path_object *object) {
 }
 
 static void drop_tables(struct joint *joint) {
-    glDeleteTextures(2, joint->textures);
-    glDeleteBuffers(2, joint->buffers);
-    joint->textures[0] = joint->textures[1] = joint->buffers[0] = joint->buffers[1] = 0;
+    glDeleteTextures(TABLES, joint->textures);
+    glDeleteBuffers(TABLES, joint->buffers);
+    for (int table = 0; table < TABLES; table++)
+        joint->textures[table] = joint->buffers[table] = 0;
 }
 
 static enum status upload_area(struct joint *joint, const struct overlap_draw *from,
@@ -75,8 +87,8 @@ static enum status upload_area(struct joint *joint, const struct overlap_draw *f
 
 enum status joint_prepare(struct joint *joint, struct picture *picture,
                           const struct overlap_draw *from, GLint texels_max, struct error *err) {
-    static const GLenum formats[2] = {GL_RGBA32F, GL_RGBA32UI};
-    static const size_t sizes[2] = {CELL_BYTES, LINK_BYTES};
+    static const GLenum formats[TABLES] = {GL_RGBA32F, GL_RGBA32UI, GL_RGBA32F};
+    static const size_t sizes[TABLES] = {CELL_BYTES, LINK_BYTES, MAP_BYTES};
     size_t cells = 0;
     joint->slots = 0;
     for (uint32_t i = 0; i < joint->shell_count; i++) {
@@ -91,22 +103,25 @@ enum status joint_prepare(struct joint *joint, struct picture *picture,
         return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
                            "overlapping shells of %zu tetrahedra: this GL holds %zu in one table",
                            cells, (size_t)texels_max / WALK_TEXELS);
+    int tables = any_exact(joint) ? TABLES : TABLES - 1;
     drop_tables(joint);
-    glCreateBuffers(2, joint->buffers);
-    glCreateTextures(GL_TEXTURE_BUFFER, 2, joint->textures);
-    for (int table = 0; table < 2; table++) {
-        /* Copied on the device; one shell's own buffers serve as they are. */
+    glCreateBuffers(tables, joint->buffers);
+    glCreateTextures(GL_TEXTURE_BUFFER, tables, joint->textures);
+    for (int table = 0; table < tables; table++) {
+        /* Copied on the device; one shell's own buffers serve as they are. Where a shell has no
+         * maps their place is there, and what is read of it is not used. */
         GLuint buffer = joint->buffers[table];
-        if (joint->shell_count == 1)
-            buffer = table ? joint->shell[0].links : joint->shell[0].cells;
-        else
+        if (joint->shell_count > 1)
             glNamedBufferStorage(buffer, (GLsizeiptr)(cells * sizes[table]), NULL, 0);
-        for (uint32_t i = 0; i < joint->shell_count && joint->shell_count > 1; i++) {
+        for (uint32_t i = 0; i < joint->shell_count; i++) {
             const struct joint_shell *shell = &joint->shell[i];
-            glCopyNamedBufferSubData(
-                table ? shell->links : shell->cells, buffer, 0,
-                (GLintptr)(shell->first * sizes[table]),
-                (GLsizeiptr)(shell->object->shell->tetra_count * sizes[table]));
+            GLuint own = table == 0 ? shell->cells : table == 1 ? shell->links : shell->maps;
+            if (joint->shell_count == 1)
+                buffer = own;
+            else if (own)
+                glCopyNamedBufferSubData(
+                    own, buffer, 0, (GLintptr)(shell->first * sizes[table]),
+                    (GLsizeiptr)(shell->object->shell->tetra_count * sizes[table]));
         }
         glTextureBuffer(joint->textures[table], formats[table], buffer);
     }
@@ -171,7 +186,8 @@ enum status joint_draw(struct joint *joint, struct picture *picture, GLuint firs
         const struct baked *baked = shell->object->baked;
         bool lit = baked && shell->object->volume->lit;
         for (uint32_t k = 0; k < shell->slots; k++, slot++) {
-            glProgramUniform3ui(program, (GLint)(4 + slot), i, shell->first, lit);
+            glProgramUniform3ui(program, (GLint)(4 + slot), i, shell->first,
+                                (lit ? SLOT_LIT : 0u) | (shell->maps ? SLOT_EXACT : 0u));
             glBindTextureUnit(BINDING_SLOT_MEDIUM + slot,
                               baked ? baked->medium : joint->constant[i]);
             glBindTextureUnit(BINDING_SLOT_GRADIENT + slot, baked && baked->medium_gradient
@@ -181,6 +197,8 @@ enum status joint_draw(struct joint *joint, struct picture *picture, GLuint firs
     }
     glBindTextureUnit(BINDING_CELLS, joint->textures[0]);
     glBindTextureUnit(BINDING_LINKS, joint->textures[1]);
+    if (joint->textures[2])
+        glBindTextureUnit(BINDING_MAPS, joint->textures[2]);
     glBindTextureUnit(BINDING_FIRST, first);
     glBindTextureUnit(BINDING_ENTRIES, entries);
     if (picture->blocks) {

@@ -10,6 +10,7 @@
 struct joint_shell {
     const struct path_object *object;
     GLuint cells, links;   /* buffers of its tables (walk.c) */
+    GLuint maps;           /* of its prisms (prism_maps.h); 0: its textures are read affinely */
     uint32_t slots, first; /* stretches of it that are walked at once; its first cell, set here */
 };
 
@@ -18,7 +19,7 @@ struct joint {
     struct joint_shell shell[SLOTS_MAX];
     uint32_t shell_count, slots;    /* slots: of all */
     uint32_t starts;                /* entries that every ray begins with */
-    GLuint buffers[2], textures[2]; /* cells and links of all shells, one after another */
+    GLuint buffers[3], textures[3]; /* cells, links and maps of all shells, one after another */
     GLuint frames, array, corners;  /* rectangles of samples, two triangles each */
     uint32_t corner_count;
     GLuint constant[SLOTS_MAX], nothing; /* textures of one texel: homogeneous media; no gradient */

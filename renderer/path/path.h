@@ -41,7 +41,7 @@ struct path_object {
     bool solid_cells; /* walked, but for its solid: folds of it overlap, and the depth test of its
                          cells finds the nearest surface (set by the path's `prepare`) */
     bool fp64;        /* rays meet its cells in doubles (shell/precision.h) */
-    bool exact;       /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
+    bool exact; /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
     uint32_t forced; /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */
 };

@@ -67,6 +67,12 @@ enum status prism_maps_prepare(struct prism_maps *maps, struct picture *picture,
     return status;
 }
 
+GLuint prism_maps_buffer(struct prism_maps *maps, const struct path_object *object) {
+    const struct device_maps *device =
+        object->exact ? resident_find(&maps->shells, object->shell->serial) : NULL;
+    return device ? device->buffer : 0;
+}
+
 void prism_maps_bind(struct prism_maps *maps, const struct path_object *object) {
     if (!object->exact)
         return;

@@ -20,6 +20,9 @@ void prism_maps_finish(struct prism_maps *maps);
  * STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY, STATUS_GL_ERROR. */
 enum status prism_maps_prepare(struct prism_maps *maps, struct picture *picture, struct error *err);
 
+/* The buffer with an object's maps; 0 where it is not exact. */
+GLuint prism_maps_buffer(struct prism_maps *maps, const struct path_object *object);
+
 /* Binds an object's maps where it is exact; a shell that was prepared. */
 void prism_maps_bind(struct prism_maps *maps, const struct path_object *object);
 

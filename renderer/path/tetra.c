@@ -341,9 +341,12 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         both[i]->corner_count = both[i]->index_count = both[i]->run_count = both[i]->outline_count =
             0;
 
+    stage_clock_next(picture->clock, REPORT_STAGE_upload, true);
+    enum status status = prism_maps_prepare(&tetra->maps, picture, err);
     /* First what is walked: it may turn out that the cells must be sorted after all. */
-    stage_clock_next(picture->clock, REPORT_STAGE_sort, true);
-    enum status status = walk_pass_prepare(tetra->walk, picture, err);
+    stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
+    if (status == STATUS_OK)
+        status = walk_pass_prepare(tetra->walk, picture, err);
     stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
     if (status == STATUS_OK)
         status = sort_media(tetra, picture, err);
@@ -373,8 +376,6 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
         picture->report->work.segments += both[i]->outline_count;
 
     stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
-    if (status == STATUS_OK)
-        status = prism_maps_prepare(&tetra->maps, picture, err);
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
         if (!object->shell)

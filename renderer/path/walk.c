@@ -237,8 +237,12 @@ static enum status prepare_medium(struct walk_pass *pass, struct picture *pictur
     for (uint32_t i = 0; i < from->shell_count; i++) {
         const struct path_object *object = &picture->objects[object_of[from->shell[i]]];
         const struct device_walk *device = resident_find(&pass->shells, object->shell->serial);
-        joint->shell[i] = (struct joint_shell){object, device->buffers[CELLS],
-                                               device->buffers[LINKS], from->slots[i], 0};
+        joint->shell[i] = (struct joint_shell){object,
+                                               device->buffers[CELLS],
+                                               device->buffers[LINKS],
+                                               prism_maps_buffer(pass->maps, object),
+                                               from->slots[i],
+                                               0};
     }
     enum status status =
         upload_doors(pass, picture, &from->entries, from->door, 2, &draw->doors, err);

@@ -415,12 +415,31 @@ static void test_many_folds(void **state) {
     assert_true(compared.rmse < 2e-6); /* of one colour: no order can be wrong */
 }
 
+/* Where prisms are not affine the joint walk reads them by their own map, shell by shell as each
+ * asks: two spheres' shells, one within the other, lit, and one of them constant. */
+static void test_curved(void **state) {
+    (void)state;
+#define SPHERES(map)                                                                               \
+    "{'shell': {'mesh': {'shape': 'sphere', 'divisions': [24, 12]}, 'thickness': 0.3, 'tiles': "   \
+    "[3, 2], 'material': {" CLOUDS "}}, 'quality': {'samples': 256, 'map': '" map "'}}, "          \
+    "{'shell': {'mesh': {'shape': 'sphere', 'divisions': [20, 12], 'radius': 0.9}, 'thickness': "  \
+    "0.25, 'tiles': [2, 2], 'material': {" FUR "}}, 'quality': {'samples': 256, 'map': '" map      \
+    "'}}, {'shell': {'mesh': {'shape': 'sphere', 'divisions': [16, 8]}, 'thickness': 0.1, "        \
+    "'material': {'builtin': 'homogeneous', 'extinction': 1, 'color': [1, 0.5, 0.25]}}}"
+    struct compared affine = compare(LIGHT, SPHERES("affine"));
+    struct compared exact = compare(LIGHT, SPHERES("exact"));
+    print_message("affine %.1e, exact %.1e\n", affine.rmse, exact.rmse);
+    assert_true(affine.joint && exact.joint);
+    assert_true(exact.rmse < affine.rmse / 5 && exact.rmse < 5e-3);
+#undef SPHERES
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_slabs),      cmocka_unit_test(test_eye_and_occluder),
         cmocka_unit_test(test_too_many),   cmocka_unit_test(test_meets_the_reference),
         cmocka_unit_test(test_order),      cmocka_unit_test(test_solid_folds),
-        cmocka_unit_test(test_many_folds),
+        cmocka_unit_test(test_many_folds), cmocka_unit_test(test_curved),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);
 }

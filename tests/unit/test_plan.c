@@ -10,11 +10,11 @@
 
 /* Every row of the plan. */
 static const char *const parts[] = {
-    "surface",     "entries",     "solid",    "sort",          "exact-map",    "overlap",       "media",
-    "resolve",     "trials",      "error",    "supersampling", "depth",        "occluded",
-    "voxels",      "closed-form", "cells",    "eye-inside",    "fp64",         "light",
-    "ambient",     "shadow",      "specular", "gradients",     "mesh-normals", "base-textures",
-    "OpenImageIO", "tinygltf"};
+    "surface",       "entries",     "solid",       "sort",     "exact-map",     "overlap",
+    "media",         "resolve",     "trials",      "error",    "supersampling", "depth",
+    "occluded",      "voxels",      "closed-form", "cells",    "eye-inside",    "fp64",
+    "light",         "ambient",     "shadow",      "specular", "gradients",     "mesh-normals",
+    "base-textures", "OpenImageIO", "tinygltf"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -88,9 +88,9 @@ static const struct row rows[] = {
     {ONE SHELL(SPHERE, MIST, "") "}, " SHELL(SPHERE, MIST, "") SORTED END,
      "sort media resolve closed-form cells", "TETRA:homogeneous RESOLVE:"},
     {ONE SHELL(SPHERE, MIST, "") "}, " SHELL(SPHERE, FUR, ", 'base': {'color': [1, 0, 0]}") END,
-     "surface entries media resolve depth occluded voxels closed-form light gradients "
+     "surface entries exact-map media resolve depth occluded voxels closed-form light gradients "
      "mesh-normals overlap",
-     "OVERLAP:lit+occluded SURFACE:lit RESOLVE:"},
+     "OVERLAP:lit+occluded+exact SURFACE:lit RESOLVE:"},
     {ONE SHELL(SPHERE, "'builtin': 'homogeneous', 'extinction': 0", "") END, "resolve", "RESOLVE:"},
     {ONE "{'mesh': {" SPHERE "}" END, "surface resolve depth light mesh-normals",
      "SURFACE:lit RESOLVE:"},
