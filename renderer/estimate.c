@@ -11,7 +11,8 @@
 #include "renderer/reference/reference.h"
 
 enum {
-    ESTIMATE_EVERY = 20,       /* of how many blocks one is drawn again: a fifth of the draw time */
+    ESTIMATE_EVERY = 36, /* of how many blocks one is drawn again, at four times the cost, or six:
+                            blocks of interest are dear ones */
     ESTIMATE_PIXELS_MIN = 512, /* fewer say little about an error that lies in few places */
     MODEL_PIXELS_FIRST = 32,   /* drawn in any case, to learn what one costs */
     MODEL_PIXELS_MAX = 2048
@@ -30,9 +31,9 @@ static const double MODEL_TOLERANCE = 1e-4;
 /* A reference is made ready at some 1.3 to 2 us a prism (measured: 4,096 to 27,648 of them). */
 static const double WORLD_MS_PER_PRISM = 2e-3;
 
-/* A model error may cost a tenth of what the picture took, or this, which makes some ten pixels of
- * most scenes. */
-static const double MODEL_MS_MIN = 10;
+/* A model error may cost a fourteenth of what the picture took, or this, which makes some ten
+ * pixels of most scenes. */
+static const double MODEL_MS_MIN = 6;
 
 /* Adds the errors of the probe's pixels pick[from] to pick[to - 1]. */
 static enum status add_model(const struct measure *measure, const struct reference *reference,
@@ -260,7 +261,7 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     struct model_error model;
     double spent = clock_now_ms() - began;
     status = estimate_model(measure, probe->pixels, met_pixels,
-                            fmax(MODEL_MS_MIN, 0.1 * (measure->spent_ms + spent)), &model, err);
+                            fmax(MODEL_MS_MIN, 0.07 * (measure->spent_ms + spent)), &model, err);
     if (status != STATUS_OK)
         goto done;
     out->model = model.rmse * share;
@@ -273,7 +274,7 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     if (model.pixels == 0 && squares.count)
         report_warn(report, "model-error-unknown", "/report/error", 1, 0,
                     "the model error is left out: making the reference ready for this many "
-                    "triangles would take longer than a tenth of the picture's time");
+                    "triangles would take longer than a fourteenth of the picture's time");
     if (squares.count == 0)
         out->rmse = out->rmse_standard_error = out->model = out->model_standard_error = 0;
     out->whole_rmse = out->rmse * sqrt((double)touched / ((double)image->width * image->height));

@@ -25,7 +25,8 @@ enum metrics_end {
 /* What is counted apart; any other resource counts as `other`. */
 #define METRICS_ENDPOINTS(X)                                                                       \
     X(render)                                                                                      \
-    X(plan) X(jobs) X(sweep) X(assets) X(capabilities) X(livez) X(readyz) X(metrics) X(openapi) X(other)
+    X(plan)                                                                                        \
+    X(jobs) X(sweep) X(assets) X(capabilities) X(livez) X(readyz) X(metrics) X(openapi) X(other)
 
 enum metrics_endpoint {
 #define METRICS_ENDPOINT_ENUM(name) METRICS_ENDPOINT_##name,

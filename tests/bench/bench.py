@@ -3,7 +3,7 @@
 from the 10th to the 90th percentile, and the command that gives it. Everything is warm: the first
 runs are not counted.
 
-Usage: bench.py BUILD [--json] [--only demo,service,jobs,sort,plan,memory,cold] [--repeats N]
+Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sort,plan,memory,cold] [--repeats N]
 The exit code is 0 whatever was measured: a machine may be slow or busy; numbers are for reading."""
 
 import argparse
@@ -286,6 +286,78 @@ def bench_cold(pelt, repeats):
     return rows
 
 
+def bench_error(pelt, repeats):
+    """Error against run time of the demo: textures by the tetrahedra's affine map, as published, and by
+    the prisms' own; what an estimate costs. 256 x 256, 4 samples a pixel, drawings interleaved."""
+    scene = demo_scene(256)[0]
+    settings = [(kind, samples) for kind in ("affine", "exact") for samples in (8, 16, 32, 64)]
+
+    def variant(kind, samples, error):
+        made = json.loads(json.dumps(scene))
+        made["report"] = {"error": error}
+        for each in made["objects"]:
+            if "shell" in each:
+                each["quality"] = {"samples": samples, "map": kind}
+        return made
+
+    def run(folder, variants):
+        names = []
+        for i, made in enumerate(variants):
+            names.append(os.path.join(folder, f"{i:04}.json"))
+            with open(names[-1], "w") as file:
+                json.dump(made, file)
+        done = subprocess.run([pelt, "render", *names, "--out-dir", folder, "--json", "--assets",
+                               EXAMPLES], check=True, capture_output=True, text=True)
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        errors = run(folder, [variant(*setting, "reference") for setting in settings])
+        order = settings + settings[::-1]  # every other round backwards
+        rounds = (settings + [order[n % len(order)] for n in range(len(settings) * repeats)])
+        drawn = run(folder, [variant(*setting, "none") for setting in rounds])[len(settings):]
+        estimated = run(folder, [variant("exact", 32, "estimate")] * (repeats + 1))[1:]
+    for setting, error in zip(settings, errors):
+        times = [report["timing_ms"]["draw"] for at, report in zip(rounds[len(settings):], drawn)
+                 if at == setting]
+        found = error["error"]
+        rows.append({"figure": f"{setting[0]} map, {setting[1]} samples: RMSE {found['rmse']:.4f} +- "
+                               f"{found['rmse_standard_error']:.4f}, model {found['model']:.4f}, "
+                               f"discretisation {found['discretisation']:.4f}; draw",
+                     "measured": spread(times), "unit": "ms"})
+    costs = [100 * report["timing_ms"]["error"] /
+             (report["timing_ms"]["total"] - report["timing_ms"]["error"]) for report in estimated]
+    rows.append({"figure": "estimate, of what the picture takes without it", "asked": "at most 30 %",
+                 "measured": spread(costs), "unit": "%"})
+    return rows
+
+
+def bench_reference(pelt, repeats):
+    """The reference, all cores."""
+    scene = demo_scene(256)[0]
+    scene["image"]["samples"] = 1
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "demo.json")
+        with open(path, "w") as file:
+            json.dump(scene, file)
+        began = time.monotonic()
+        subprocess.run([pelt, "reference", path, "--assets", EXAMPLES, "--quiet", "-o",
+                        os.path.join(folder, "truth.png")], check=True, stderr=subprocess.DEVNULL)
+        whole = time.monotonic() - began
+        scene["report"] = {"error": "reference"}
+        with open(path, "w") as file:
+            json.dump(scene, file)
+        some = []
+        for _ in range(min(repeats, 3)):
+            done = subprocess.run([pelt, "render", path, "--assets", EXAMPLES, "--json", "-o",
+                                   os.path.join(folder, "a.png")], check=True, capture_output=True)
+            some.append(json.loads(done.stdout)["timing_ms"]["error"] / 1000)
+    return [{"figure": "the demo at 256 x 256, one sample a pixel", "asked": "at most 60 s",
+             "measured": spread([whole]), "unit": "s"},
+            {"figure": "4,096 pixels of it (report.error: reference)", "asked": "at most 5 s",
+             "measured": spread(some), "unit": "s"}]
+
+
 def print_table(rows):
     width = max(len(row["figure"]) for row in rows)
     for row in rows:
@@ -301,11 +373,12 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", default="demo,service,jobs,sort,plan,memory,cold")
+    parser.add_argument("--only", default="demo,error,reference,service,jobs,sort,plan,memory,cold")
     parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     pelt = os.path.join(options.build, "pelt")
-    table = {"demo": lambda n: bench_demo(pelt, n), "service": lambda n: bench_service(pelt, n),
+    table = {"demo": lambda n: bench_demo(pelt, n), "error": lambda n: bench_error(pelt, n),
+             "reference": lambda n: bench_reference(pelt, n), "service": lambda n: bench_service(pelt, n),
              "jobs": lambda n: bench_jobs(pelt, n),
              "sort": lambda n: bench_sort(options.build, n),
              "plan": lambda n: bench_plan(options.build, n),
@@ -327,7 +400,8 @@ def main():
 
 
 def table_title(name):
-    return {"demo": bench_demo, "service": bench_service, "jobs": bench_jobs,
+    return {"demo": bench_demo, "error": bench_error, "reference": bench_reference,
+            "service": bench_service, "jobs": bench_jobs,
             "sort": bench_sort, "plan": bench_plan,
             "memory": bench_memory, "cold": bench_cold}[name].__doc__
 

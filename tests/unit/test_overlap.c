@@ -259,7 +259,8 @@ struct compared {
 };
 
 /* Draws a scene whose assets lie in the tree, both ways. */
-static struct compared compare(const char *lights, const char *objects, ...) {
+__attribute__((format(printf, 2, 3))) static struct compared compare(const char *lights,
+                                                                     const char *objects, ...) {
     char list[JSON_MAX], json[JSON_MAX];
     va_list args;
     va_start(args, objects);
