@@ -12,16 +12,21 @@ const struct sweep_row sweep_rows[] = {
      .path = SCENE_PATH_TETRA,
      .kind = SCENE_OBJECT_SHELL,
      .quality = "samples",
-     .member = "order",
-     .value = "walk",
+     .choice = {{"order", "walk"}},
      .ladder = {4, 8, 16, 32, 64, 128}},
     {.name = "tetra-sorted",
      .text = "tetrahedra, drawn back to front",
      .path = SCENE_PATH_TETRA,
      .kind = SCENE_OBJECT_SHELL,
      .quality = "samples",
-     .member = "order",
-     .value = "sorted",
+     .choice = {{"order", "sorted"}},
+     .ladder = {4, 8, 16, 32, 64, 128}},
+    {.name = "tetra-affine",
+     .text = "tetrahedra, walked, textures by their affine map, as published",
+     .path = SCENE_PATH_TETRA,
+     .kind = SCENE_OBJECT_SHELL,
+     .quality = "samples",
+     .choice = {{"order", "walk"}, {"map", "affine"}},
      .ladder = {4, 8, 16, 32, 64, 128}},
     {0},
 };
@@ -70,11 +75,11 @@ bool sweep_row_concerns(const struct sweep_row *row, const struct scene *scene) 
     return false;
 }
 
-static void set_choice(const struct sweep_row *row, struct scene_quality *quality) {
-    const struct member *member = find_member(SCENE_NODE_quality, row->member);
+static void set_choice(const char *name, const char *value, struct scene_quality *quality) {
+    const struct member *member = find_member(SCENE_NODE_quality, name);
     const struct scene_choice_list *list = &scene_choice_lists[member->choices];
     for (size_t i = 0; i < list->count; i++)
-        if (strcmp(list->choice[i].name, row->value) == 0) {
+        if (strcmp(list->choice[i].name, value) == 0) {
             memcpy((char *)quality + member->offset, &list->choice[i].value, sizeof(int));
             return;
         }
@@ -90,7 +95,7 @@ void sweep_row_apply(const struct sweep_row *row, int quality, struct scene_obje
         objects[i].path = row->path;
         objects[i].quality = (struct scene_quality){0};
         memcpy((char *)&objects[i].quality + moved->offset, &quality, sizeof quality);
-        if (row->member)
-            set_choice(row, &objects[i].quality);
+        for (int c = 0; c < SWEEP_CHOICES_MAX && row->choice[c].member; c++)
+            set_choice(row->choice[c].member, row->choice[c].value, &objects[i].quality);
     }
 }

@@ -6,14 +6,17 @@
 
 #include "api/scene.h"
 
-enum { SWEEP_LADDER_DEFAULT = 6 };
+enum { SWEEP_LADDER_DEFAULT = 6, SWEEP_CHOICES_MAX = 2 };
 
 struct sweep_row {
     const char *name, *text; /* "tetra-walk"; what it is, for people */
     enum scene_path path;
     enum scene_object_kind kind; /* the objects that such a path draws */
     const char *quality;         /* the member that is moved: an integer */
-    const char *member, *value;  /* a member that tells the variant, and its choice; NULL: none */
+    /* Members that tell the variant, each with its choice; NULL: no more. */
+    struct {
+        const char *member, *value;
+    } choice[SWEEP_CHOICES_MAX];
     int ladder[SWEEP_LADDER_DEFAULT];
 };
 

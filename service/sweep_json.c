@@ -103,8 +103,8 @@ static void write_series(struct json_out *out, const struct sweep_series *series
     text(out, "name", row->name);
     text(out, "path", sweep_row_path_name(row));
     open(out, "variant", '{');
-    if (row->member)
-        text(out, row->member, row->value);
+    for (int c = 0; c < SWEEP_CHOICES_MAX && row->choice[c].member; c++)
+        text(out, row->choice[c].member, row->choice[c].value);
     json_out_close(out, '}');
     text(out, "quality", row->quality);
     text(out, "unit", sweep_row_unit(row));

@@ -22,6 +22,11 @@ def rename(value, prefix):
         renamed = {key: rename(inner, prefix) for key, inner in value.items()}
         if value.get("$ref") == "scene.schema.json":
             renamed["$ref"] = "#/components/schemas/Scene"
+        elif value.get("$ref", "").startswith("report.schema.json#/$defs/"):
+            renamed["$ref"] = value["$ref"].replace("report.schema.json#/$defs/",
+                                                    "#/components/schemas/Report.")
+        elif value.get("$ref", "").startswith("report.schema.json#/"):
+            renamed["$ref"] = value["$ref"].replace("report.schema.json#", "#/components/schemas/Report")
         elif "$ref" in value:
             renamed["$ref"] = value["$ref"].replace("#/$defs/", f"#/components/schemas/{prefix}")
         return renamed

@@ -56,6 +56,8 @@ static bool has_fault(const struct error *err, const char *pointer, const char *
 
 static const int two[] = {4, 16};
 static const char *const walk_alone[] = {"tetra-walk"};
+/* Its errors lie in all pixels, so that few of them can stand for the rest. */
+static const char *const affine_alone[] = {"tetra-affine"};
 
 static void errors_fall(void **state) {
     struct run run;
@@ -93,9 +95,12 @@ static void errors_fall(void **state) {
         }
     }
     assert_true(front);
-    /* Both orders draw the same integral. */
+    /* Both orders draw the same integral, but for what lies between a cell's plane side and its
+     * prism's ruled one (renderer/path/README.md); the affine map is what has a model error. */
     assert_float_equal(sweep->series[0].points[1].error.touched.rmse,
-                       sweep->series[1].points[1].error.touched.rmse, 1e-4);
+                       sweep->series[1].points[1].error.touched.rmse, 2e-3);
+    assert_string_equal(sweep->series[2].row->name, "tetra-affine");
+    assert_true(sweep->series[2].model.rmse > 5 * sweep->series[0].model.rmse);
     run_finish(&run);
 }
 
@@ -103,7 +108,7 @@ static void errors_fall(void **state) {
  * is not told. */
 static void sample_stands_for_the_whole(void **state) {
     struct run whole, sample;
-    struct sweep_options options = {.series = walk_alone,
+    struct sweep_options options = {.series = affine_alone,
                                     .series_count = 1,
                                     .qualities = two,
                                     .quality_count = 2,
