@@ -52,7 +52,7 @@ struct report_pass {
 enum { REPORT_PASSES_MAX = 32, REPORT_WARNINGS_MAX = 64, REPORT_LOADED_MAX = 16 };
 
 struct report_work {
-    uint64_t triangles, prisms, tetrahedra, segments, fragments, samples;
+    uint64_t triangles, prisms, tetrahedra, slices, segments, fragments, samples;
     uint64_t draws, upload_bytes, cycles;
     uint64_t sort_nodes, sort_edges;
 };

@@ -68,12 +68,12 @@ void report_write_work(struct json_out *out, const struct report_work *work) {
         const char *name;
         uint64_t count;
     } rows[] = {
-        {"triangles", work->triangles},   {"prisms", work->prisms},
-        {"tetrahedra", work->tetrahedra}, {"segments", work->segments},
-        {"fragments", work->fragments},   {"samples", work->samples},
-        {"draws", work->draws},           {"upload_bytes", work->upload_bytes},
-        {"cycles", work->cycles},         {"sort_nodes", work->sort_nodes},
-        {"sort_edges", work->sort_edges},
+        {"triangles", work->triangles},       {"prisms", work->prisms},
+        {"tetrahedra", work->tetrahedra},     {"slices", work->slices},
+        {"segments", work->segments},         {"fragments", work->fragments},
+        {"samples", work->samples},           {"draws", work->draws},
+        {"upload_bytes", work->upload_bytes}, {"cycles", work->cycles},
+        {"sort_nodes", work->sort_nodes},     {"sort_edges", work->sort_edges},
     };
     json_out_key(out, "work");
     json_out_open(out, '{');

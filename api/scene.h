@@ -177,7 +177,7 @@ struct scene_quality {
     enum scene_order order;
     enum scene_traversal traversal;
     enum scene_map map;
-    int slices;
+    int slices; /* slicing: planes across the depth of all shells */
     enum scene_slicing_method method;
     int rank;
     int iterations;

@@ -21,7 +21,8 @@ static bool skeleton(const struct look *look) {
 }
 
 static bool other_path(const struct look *look) {
-    return look->object->path != SCENE_PATH_AUTO && look->object->path != SCENE_PATH_TETRA;
+    return look->object->path != SCENE_PATH_AUTO && look->object->path != SCENE_PATH_TETRA &&
+           look->object->path != SCENE_PATH_SLICING;
 }
 
 static bool other_traversal(const struct look *look) {
@@ -29,14 +30,6 @@ static bool other_traversal(const struct look *look) {
 }
 
 /* The quality of other paths, where `auto` may choose. */
-static bool slices(const struct look *look) {
-    return look->object->quality.slices != 0;
-}
-
-static bool method(const struct look *look) {
-    return look->object->quality.method != SCENE_SLICING_AUTO;
-}
-
 static bool rank(const struct look *look) {
     return look->object->quality.rank != 0;
 }
@@ -91,8 +84,6 @@ static const struct {
     {OBJECT, skeleton, {"skeleton"}, "skeletons"},
     {OBJECT, other_path, {"path"}, "by this path"},
     {OBJECT, other_traversal, {"quality", "traversal"}, "by this traversal"},
-    {OBJECT, slices, {"quality", "slices"}, "by slicing"},
-    {OBJECT, method, {"quality", "method"}, "by slicing"},
     {OBJECT, rank, {"quality", "rank"}, "by gdm"},
     {OBJECT, iterations, {"quality", "iterations"}, "by distance"},
     {OBJECT, relief_steps, {"quality", "relief_steps"}, "by frusta"},

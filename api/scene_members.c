@@ -62,6 +62,7 @@ const struct scene_choice_list scene_choice_lists[SCENE_CHOICES_COUNT] = {
 #define WHEN2(node, a, b)    .when = BIT(node, a) | BIT(node, b)
 #define WHEN3(node, a, b, c) .when = BIT(node, a) | BIT(node, b) | BIT(node, c)
 #define PATHS(path)          .paths = UINT64_C(1) << SCENE_PATH_##path
+#define PATHS2(a, b)         .paths = UINT64_C(1) << SCENE_PATH_##a | UINT64_C(1) << SCENE_PATH_##b
 
 const struct member scene_members[] = {
 #define NUMBER(owner, name_, field_, unit_, text_, ...)                                            \

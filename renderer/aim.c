@@ -17,7 +17,6 @@
 enum {
     TRIAL_EVERY = 32,       /* of how many blocks one is drawn in a trial */
     TRIAL_PIXELS_MIN = 512, /* at the least, if there are as many */
-    SAMPLES_MAX = 4096,     /* as for quality.samples */
     TRIES_MAX = 12,         /* trials before what is known has to do */
     AGAIN_MAX = 2           /* pictures that are drawn again */
 };
@@ -39,8 +38,7 @@ static const double TRIAL_LONG_MS = 10;
 
 static bool is_free(const struct measure *measure, size_t i) {
     const struct path_object *object = &measure->drawing->picture->objects[i];
-    return object->shell && !object->volume->homogeneous &&
-           measure->scene->objects[i].quality.samples == 0;
+    return object->shell && object->quality_free;
 }
 
 bool aim_is_free(const struct measure *measure) {
@@ -50,9 +48,13 @@ bool aim_is_free(const struct measure *measure) {
     return false;
 }
 
+static const struct path *path_of(const struct measure *measure) {
+    return measure->drawing->plan->path;
+}
+
 /* What the objects' own defaults are, so that factors are always on those. */
 struct defaults {
-    int samples[SCENE_OBJECTS_MAX];
+    int quality[SCENE_OBJECTS_MAX];
 };
 
 static void set_factor(const struct measure *measure, const struct defaults *defaults,
@@ -61,15 +63,15 @@ static void set_factor(const struct measure *measure, const struct defaults *def
     for (size_t i = 0; i < picture->object_count; i++) {
         struct path_object *object = &picture->objects[i];
         if (is_free(measure, i))
-            object->samples =
-                (int)fmin(SAMPLES_MAX, fmax(1, ceil(defaults->samples[i] * factor - 1e-9)));
+            object->quality = (int)fmin(path_of(measure)->quality_max,
+                                        fmax(1, ceil(defaults->quality[i] * factor - 1e-9)));
     }
 }
 
-static bool all_at(const struct measure *measure, int samples) {
+static bool all_at(const struct measure *measure, int quality) {
     const struct picture *picture = measure->drawing->picture;
     for (size_t i = 0; i < picture->object_count; i++)
-        if (is_free(measure, i) && picture->objects[i].samples != samples)
+        if (is_free(measure, i) && picture->objects[i].quality != quality)
             return false;
     return true;
 }
@@ -164,7 +166,7 @@ static enum status find_factor(struct trials *trials, double goal, double *facto
         if (status == STATUS_OK)
             status = error_at(trials, next, &e, err);
         q = next;
-        if (all_at(trials->aim->measure, down ? 1 : SAMPLES_MAX))
+        if (all_at(trials->aim->measure, down ? 1 : path_of(trials->aim->measure)->quality_max))
             break;
     }
     *factor = q;
@@ -214,10 +216,10 @@ static enum status choose_for_error(struct trials *trials, double asked, struct 
     set_factor(aim->measure, &trials->defaults, factor);
     target->reached = hypot(error, model_rmse);
     snprintf(target->why, sizeof target->why,
-             within_reach ? "%.3g times the default samples: discretisation about %.2g, model %.2g"
-                          : "%.3g times the default samples: discretisation about %.2g; the path's "
+             within_reach ? "%.3g times the default %s: discretisation about %.2g, model %.2g"
+                          : "%.3g times the default %s: discretisation about %.2g; the path's "
                             "own model error, %.2g, is more than was asked",
-             factor, error, model_rmse);
+             factor, path_of(aim->measure)->quality_name, error, model_rmse);
     return status;
 }
 
@@ -275,10 +277,10 @@ static enum status choose_for_time(struct trials *trials, struct error *err) {
     double expected = fixed + eligible * (each + slope * (q - low));
     snprintf(trials->report->target.why, sizeof trials->report->target.why,
              expected <= aim->left_ms
-                 ? "%.3g times the default samples: drawing was expected to take %.0f ms of %.0f"
-                 : "%.3g times the default samples, the least there are: drawing was expected to "
+                 ? "%.3g times the default %s: drawing was expected to take %.0f ms of %.0f"
+                 : "%.3g times the default %s, the least there are: drawing was expected to "
                    "take %.0f ms, and %.0f were left",
-             q, fmax(expected, 0), fmax(left, 0));
+             q, path_of(measure)->quality_name, fmax(expected, 0), fmax(left, 0));
     return STATUS_OK;
 }
 
@@ -290,7 +292,7 @@ enum status aim_choose(const struct aim *aim, struct report *report, struct erro
     int k = measure->drawing->plan->k;
     struct trials trials = {.aim = aim, .report = report};
     for (size_t i = 0; i < picture->object_count; i++)
-        trials.defaults.samples[i] = picture->objects[i].samples;
+        trials.defaults.quality[i] = picture->objects[i].quality;
     trials.met_pixels = measure_met_pixels(measure->met, image->width, image->height, k);
     if (!trials.met_pixels)
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for trials");
@@ -312,6 +314,7 @@ enum status aim_choose(const struct aim *aim, struct report *report, struct erro
 bool aim_again(const struct aim *aim, struct report *report) {
     struct report_target *target = &report->target;
     const struct report_error *error = &report->error;
+    const struct path *path = path_of(aim->measure);
     double model = isnan(error->model) ? 0 : error->model;
     /* With what the pixels not looked at may add. */
     target->reached = isnan(error->rmse)
@@ -319,16 +322,16 @@ bool aim_again(const struct aim *aim, struct report *report) {
                           : error->rmse + error->rmse_standard_error;
     target->met = target->reached <= target->asked;
     struct picture *picture = aim->measure->drawing->picture;
-    if (target->met || model >= target->asked || all_at(aim->measure, SAMPLES_MAX) ||
-        !aim_is_free(aim->measure) || target->redrawn == AGAIN_MAX)
+    if (target->met || model >= target->asked || !aim_is_free(aim->measure) ||
+        all_at(aim->measure, path->quality_max) || target->redrawn == AGAIN_MAX)
         return false;
     double left = sqrt(target->asked * target->asked - model * model);
     /* By the least order there may be: one picture more is dearer than a few samples. */
     double factor = clamp(error->discretisation / (MARGIN * left), 1.1, 4);
     for (size_t i = 0; i < picture->object_count; i++)
         if (is_free(aim->measure, i))
-            picture->objects[i].samples =
-                (int)fmin(SAMPLES_MAX, ceil(picture->objects[i].samples * factor));
+            picture->objects[i].quality =
+                (int)fmin(path->quality_max, ceil(picture->objects[i].quality * factor));
     target->redrawn++;
     return true;
 }

@@ -65,6 +65,7 @@ enum status force_objects(uint32_t force, struct prepared *prepared, struct erro
         struct path_object *object = &prepared->objects[i];
         for (size_t f = 0; f < sizeof flags / sizeof *flags; f++)
             object->forced |= force & flags[f][0] ? flags[f][1] : 0;
+        object->every_plane = (force & FORCE_EVERY_PLANE) != 0;
         if (!object->shell)
             continue;
         struct forced_volume *forced = &prepared->forced[i];

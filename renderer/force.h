@@ -10,18 +10,19 @@
 
 /* Parts to put in; none of them changes a picture by more than rounding. */
 enum {
-    FORCE_DEPTH = 0x001,      /* a depth buffer */
-    FORCE_OCCLUDED = 0x002,   /* media clipped at it; with FORCE_DEPTH */
-    FORCE_EYE_INSIDE = 0x004, /* segments clipped at the eye; of cells drawn one by one */
-    FORCE_LIGHT = 0x008,      /* normals and a loop over lights, of which there may be none; unlit
-                                 materials are as under an ambient light of 1 */
-    FORCE_SPECULAR = 0x010,   /* a highlight, which may be 0; where materials are lit */
-    FORCE_TEXTURED = 0x020,   /* a white base colour texture */
-    FORCE_MEDIUM = 0x040,     /* an empty medium beside a solid */
-    FORCE_SOLID = 0x080,      /* an empty solid beside a medium */
-    FORCE_VOXELS = 0x100,     /* homogeneous media as voxels */
-    FORCE_SORT = 0x200,       /* cells in order, though rays could walk */
-    FORCE_SAMPLES = 0x400,    /* 4 samples a pixel; not the same picture but where it is even */
+    FORCE_DEPTH = 0x001,       /* a depth buffer */
+    FORCE_OCCLUDED = 0x002,    /* media clipped at it; with FORCE_DEPTH */
+    FORCE_EYE_INSIDE = 0x004,  /* segments clipped at the eye; of cells drawn one by one */
+    FORCE_LIGHT = 0x008,       /* normals and a loop over lights, of which there may be none; unlit
+                                  materials are as under an ambient light of 1 */
+    FORCE_SPECULAR = 0x010,    /* a highlight, which may be 0; where materials are lit */
+    FORCE_TEXTURED = 0x020,    /* a white base colour texture */
+    FORCE_MEDIUM = 0x040,      /* an empty medium beside a solid */
+    FORCE_SOLID = 0x080,       /* an empty solid beside a medium */
+    FORCE_VOXELS = 0x100,      /* homogeneous media as voxels */
+    FORCE_SORT = 0x200,        /* cells in order, though rays could walk */
+    FORCE_SAMPLES = 0x400,     /* 4 samples a pixel; not the same picture but where it is even */
+    FORCE_EVERY_PLANE = 0x800, /* planes of the slicing path look at every prism */
 };
 
 /* From the next picture on; 0 for what scenes need and no more. */

@@ -36,12 +36,9 @@ struct report_error measure_unknown(void) {
 }
 
 bool measure_is_exact(const struct picture *picture) {
-    for (size_t i = 0; i < picture->object_count; i++) {
-        const struct volume *volume = picture->objects[i].volume;
-        if (volume && !volume->homogeneous &&
-            (volume_has_medium(volume) || volume_has_solid(volume)))
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (picture->objects[i].shell && !picture->objects[i].any_quality)
             return false;
-    }
     return true;
 }
 

@@ -10,6 +10,65 @@
 
 #define NO_SHELL "no object is a shell"
 
+/* Which path's quality a shell gives; NULL in *member: none's. */
+static enum scene_path path_of_quality(const struct scene_quality *quality, const char **member) {
+    *member = quality->samples                        ? "samples"
+              : quality->order != SCENE_ORDER_AUTO    ? "order"
+              : quality->slices                       ? "slices"
+              : quality->method != SCENE_SLICING_AUTO ? "method"
+                                                      : NULL;
+    return quality->samples || quality->order != SCENE_ORDER_AUTO ? SCENE_PATH_TETRA
+                                                                  : SCENE_PATH_SLICING;
+}
+
+static const char *name_of(enum scene_path id) {
+    return path_find(id)->name;
+}
+
+enum status plan_paths(struct scene *scene, struct error *err) {
+    enum scene_path chosen = SCENE_PATH_AUTO;
+    size_t by = 0;
+    const char *member;
+    for (int round = 0; round < 2; round++)
+        for (size_t i = 0; i < scene->object_count && chosen == SCENE_PATH_AUTO; i++) {
+            const struct scene_object *object = &scene->objects[i];
+            if (object->kind != SCENE_OBJECT_SHELL)
+                continue;
+            enum scene_path path = path_of_quality(&object->quality, &member);
+            chosen = round == 0 ? object->path : member ? path : SCENE_PATH_AUTO;
+            by = i;
+        }
+    chosen = chosen == SCENE_PATH_AUTO ? SCENE_PATH_TETRA : chosen;
+    char pointer[64];
+    if (!path_find(chosen)) {
+        snprintf(pointer, sizeof pointer, "/objects/%zu/path", by);
+        return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
+                           "this version does not draw by this path");
+    }
+    for (size_t i = 0; i < scene->object_count; i++) {
+        struct scene_object *object = &scene->objects[i];
+        if (object->kind != SCENE_OBJECT_SHELL)
+            continue;
+        if (object->path != SCENE_PATH_AUTO && object->path != chosen) {
+            snprintf(pointer, sizeof pointer, "/objects/%zu/path", i);
+            return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
+                               "all shells of one picture are drawn by one path, and /objects/%zu "
+                               "takes %s",
+                               by, name_of(chosen));
+        }
+        enum scene_path path = path_of_quality(&object->quality, &member);
+        if (member && path != chosen) {
+            snprintf(pointer, sizeof pointer, "/objects/%zu/quality/%s", i, member);
+            return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
+                               "belongs to path %s; /objects/%zu takes %s, and one path draws all "
+                               "shells of a picture",
+                               name_of(path), by, name_of(chosen));
+        }
+        object->path = chosen;
+    }
+    return STATUS_OK;
+}
+
 /* Media are drawn one way, all walked or all sorted, since each may hide the others. NULL, or what
  * keeps several of them from being walked together. Solids hide one another by depth. */
 static const char *several_media(const struct path_object *objects, size_t count, bool may_walk) {
@@ -37,6 +96,19 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
         if (!object->shell)
             continue;
         bool medium = volume_has_medium(object->volume), solid = volume_has_solid(object->volume);
+        enum scene_map map = object->object->quality.map;
+        bool slicing = object->object->path == SCENE_PATH_SLICING;
+        bool points = slicing && object->method != SCENE_SLICING_SLABS;
+        if (points && map == SCENE_MAP_EXACT) {
+            char pointer[64];
+            snprintf(pointer, sizeof pointer, "%s/quality/map", object->pointer);
+            return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
+                               "slices as published interpolate texture coordinates");
+        }
+        object->exact = map != SCENE_MAP_AFFINE && !points && path_object_drawn(object) &&
+                        !object->volume->homogeneous && !object->shell->affine;
+        if (slicing)
+            continue;
         enum scene_order asked = object->object->quality.order;
         const char *why;
         bool possible = walk_possible(object, &why);
@@ -51,8 +123,6 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
         object->walk_asked = asked == SCENE_ORDER_WALK;
         object->walk = (medium || solid) && possible &&
                        (asked == SCENE_ORDER_WALK || (asked == SCENE_ORDER_AUTO && may_walk));
-        object->exact = object->object->quality.map != SCENE_MAP_AFFINE && (medium || solid) &&
-                        !object->volume->homogeneous && !object->shell->affine;
     }
     return STATUS_OK;
 }
@@ -110,6 +180,7 @@ void plan_make(const struct scene *scene, const struct path_object *objects, siz
         plan->solid |= volume_has_solid(objects[i].volume);
         plan->media |= volume_has_medium(objects[i].volume);
         plan->walk |= objects[i].walk;
+        plan->slices = objects[i].object->path == SCENE_PATH_SLICING ? objects[i].quality : 0;
     }
     plan->occluded = plan->media && (plan->surface || plan->solid);
     plan->depth = needs_depth(plan, objects, count);
@@ -136,7 +207,7 @@ static struct needs find_needs(const struct scene *scene, const struct path_obje
         needs.shells = true;
         needs.images |= spec->shell.material.kind == SCENE_MATERIAL_HEIGHT;
         needs.behind |= object->projection.behind && (medium || solid);
-        needs.sorted |= medium && !object->walk;
+        needs.sorted |= medium && !object->walk && spec->path == SCENE_PATH_TETRA;
         needs.cells |= (medium || solid) && !object->walk;
         needs.voxels |= !object->volume->homogeneous;
         needs.exact |= object->exact;
@@ -191,7 +262,7 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
     tell(report, "closed-form", needs->homogeneous,
          "homogeneous media are integrated without textures or steps",
          no_shell ? no_shell : "no medium is homogeneous");
-    tell(report, "cells", needs->cells, "tetrahedra are drawn one by one, from a table",
+    tell(report, "cells", needs->cells, "cells are drawn one by one, from a table",
          drawn ? "rays walk from cell to cell: the table for single cells is not uploaded"
                : nothing);
     tell(report, "fp64", plan->flags & FLAG_FP64,
@@ -200,7 +271,7 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
     tell(report, "eye-inside", plan->flags & FLAG_EYE_INSIDE,
          "the eye may stand in a cell: each segment begins at it",
          !drawn          ? nothing
-         : needs->behind ? "a walk begins at the eye by itself"
+         : needs->behind ? "a walk begins at the eye by itself, and so does the first slab"
                          : "every shell lies in front of the eye");
 }
 
@@ -218,16 +289,23 @@ void plan_report(const struct plan *plan, const struct scene *scene,
     tell(report, "solid", plan->solid, "a material has a solid part",
          needs.shells ? "no material has a solid part" : NO_SHELL);
     tell(report, "sort", needs.sorted, "semi-transparent tetrahedra are drawn back to front",
-         plan->media    ? "rays walk from cell to cell, front to back"
-         : needs.shells ? "nothing is semi-transparent: the first surface decides"
-                        : NO_SHELL);
+         plan->slices && plan->media ? "slabs are drawn back to front; within one, any order does"
+         : plan->media               ? "rays walk from cell to cell, front to back"
+         : needs.shells              ? "nothing is semi-transparent: the first surface decides"
+                                     : NO_SHELL);
     tell(report, "exact-map", needs.exact, "textures are read by the prisms' own map",
-         needs.curved   ? "quality.map asks for the tetrahedra's affine map"
+         needs.curved
+             ? "quality.map asks for the tetrahedra's affine map, or slices are as published"
          : needs.voxels ? "every prism is affine: both maps are one"
          : needs.shells ? "no shell has voxels"
                         : NO_SHELL);
+    snprintf(why, sizeof why, "%d slab%s between planes that face the viewer", plan->slices,
+             plan->slices == 1 ? "" : "s");
+    tell(report, "slices", plan->slices && (plan->media || plan->solid), why,
+         needs.shells ? "no shell is drawn by slicing" : NO_SHELL);
     tell(report, "overlap", false, NULL, /* until samples are looked at: renderer/path/walk.c */
          !plan->media   ? needs.shells ? "no material has a medium" : NO_SHELL
+         : plan->slices ? "slabs turn their order around from each to the next"
          : needs.sorted ? "cells are sorted, not walked through"
                         : "no sample's ray was found to meet two stretches at once");
     tell(report, "media", plan->media, "a material has a medium",

@@ -14,12 +14,19 @@ struct plan {
     bool solid;              /* solid parts of materials */
     bool media;              /* semi-transparent parts */
     bool walk;               /* some shell is walked through */
+    int slices;              /* planes of the slicing path; 0: of another path */
     bool measured;           /* an error estimate or a target asks which samples meet a shell */
     bool occluded;           /* something opaque may lie before a medium */
     bool depth;              /* a depth buffer: opaque things may hide one another, or media */
     uint32_t flags;          /* branches of the shaders (FLAG_*), of all draws together */
     int k;                   /* samples along a pixel's side */
 };
+
+/* Decides by which path the shells are drawn, and sets it in each of them (`auto` is no choice): by
+ * the one that a shell names, else by that whose `quality` is given, else by tetra. One path draws
+ * all shells of a picture. STATUS_NOT_IMPLEMENTED, with its pointer, where a shell asks for another
+ * one, or for another one's quality. */
+enum status plan_paths(struct scene *scene, struct error *err);
 
 /* Decides by which map textures are read (path_object.exact): as the scene asks, else exactly
  * wherever that makes a difference. And which shells rays walk through (path_object.walk) and of

@@ -10,10 +10,8 @@
 #include "renderer/path/surface.h"
 #include "renderer/shell/precision.h"
 
-/* Steps across one thickness where the scene does not say: one for each layer of voxels. Measured
- * on the fur torus of the examples at one sample a pixel: RMSE 0.032 with half as many, 0.010 with
- * these, 0.003 with twice as many. */
-static int default_samples(const struct volume *volume) {
+/* Steps across one thickness that do a material justice: one for each layer of voxels. */
+static int layers_of(const struct volume *volume) {
     int layers = volume->size[2];
     return layers < 8 ? 8 : layers > 64 ? 64 : layers;
 }
@@ -33,8 +31,7 @@ static enum status prepare_shell(struct caches *caches, const struct scene_shell
                             made, err);
     if (status != STATUS_OK)
         return status;
-    int asked = object->object->quality.samples;
-    object->samples = asked ? asked : default_samples(object->volume);
+    object->layers = layers_of(object->volume);
     report->work.prisms += object->mesh->triangle_count;
     report->work.tetrahedra += object->shell->tetra_count;
     return STATUS_OK;

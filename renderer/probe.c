@@ -184,8 +184,8 @@ enum status probe_draw(struct probe *probe, const struct drawing *drawing,
         return status;
     int kept[SCENE_OBJECTS_MAX];
     for (size_t i = 0; i < picture->object_count; i++) {
-        kept[i] = picture->objects[i].samples;
-        picture->objects[i].samples = (int)fmax(1, round(kept[i] * factor));
+        kept[i] = picture->objects[i].quality;
+        picture->objects[i].quality = (int)fmax(1, round(kept[i] * factor));
     }
     double began = clock_now_ms();
     picture->blocks = &probe->blocks;
@@ -194,7 +194,7 @@ enum status probe_draw(struct probe *probe, const struct drawing *drawing,
     gl_clock_fence();
     *ms = clock_now_ms() - began;
     for (size_t i = 0; i < picture->object_count; i++)
-        picture->objects[i].samples = kept[i];
+        picture->objects[i].quality = kept[i];
     if (status == STATUS_OK)
         status = gl_blocks_gather(&probe->blocks, picture->programs, target, background,
                                   probe->pixels, &picture->cold, err);

@@ -145,12 +145,9 @@ static enum status copy_scene(const struct scene *scene, struct render_result *r
     copy->objects = arena_alloc(&result->arena, scene->object_count, sizeof *copy->objects);
     if (!copy->objects)
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the scene");
-    for (size_t i = 0; i < scene->object_count; i++) {
+    for (size_t i = 0; i < scene->object_count; i++)
         copy->objects[i] = scene->objects[i];
-        if (copy->objects[i].path == SCENE_PATH_AUTO && copy->objects[i].kind == SCENE_OBJECT_SHELL)
-            copy->objects[i].path = SCENE_PATH_TETRA;
-    }
-    return STATUS_OK;
+    return plan_paths(copy, err);
 }
 
 /* What only geometry and materials could decide. */
@@ -160,14 +157,22 @@ static void resolve_objects(struct scene *scene, const struct prepared *prepared
         if (!object->shell)
             continue;
         struct scene_object *spec = &scene->objects[i];
-        spec->quality.samples = object->samples;
-        spec->quality.order = object->walk ? SCENE_ORDER_WALK : SCENE_ORDER_SORTED;
+        path_find(spec->path)->resolve(object, &spec->quality);
         if (spec->quality.map == SCENE_MAP_AUTO && !object->volume->homogeneous)
             spec->quality.map = object->exact ? SCENE_MAP_EXACT : SCENE_MAP_AFFINE;
         if (!object->volume->homogeneous)
             memcpy(spec->shell.material.size, object->volume->size,
                    sizeof spec->shell.material.size);
     }
+}
+
+/* The path of the shells, which is that of any, chooses for all. */
+static enum status choose_quality(const struct prepared *prepared, struct error *err) {
+    for (size_t i = 0; i < prepared->object_count; i++)
+        if (prepared->objects[i].shell)
+            return path_find(prepared->objects[i].object->path)
+                ->choose(prepared->objects, prepared->object_count, err);
+    return STATUS_OK;
 }
 
 static void report_renderer(const struct renderer *renderer, struct report *report) {
@@ -229,6 +234,8 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
     status = force_objects(renderer->force, prepared, err);
     if (status == STATUS_OK)
         status = prepare_views(prepared, &report->resolved, world, err);
+    if (status == STATUS_OK)
+        status = choose_quality(prepared, err);
     if (status == STATUS_OK)
         status = plan_order(prepared->objects, prepared->object_count, may_walk, err);
     if (status != STATUS_OK) {
@@ -424,7 +431,7 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
     if (plan.surface &&
         (status = surface_pass_upload(renderer->surface, &picture, err)) != STATUS_OK)
         goto done;
-    if (plan.solid || plan.media)
+    if (plan.path && (plan.solid || plan.media))
         if ((status = path_state(renderer, plan.path, &drawing.path_state, err)) != STATUS_OK ||
             (status = plan.path->prepare(drawing.path_state, &picture, err)) != STATUS_OK)
             goto done;

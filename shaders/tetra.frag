@@ -16,6 +16,9 @@
 #include "common_frame.glsl"
 #include "common_sample.glsl"
 #include "common_real.glsl"
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_EXACT) == 0
+#include "common_normals.glsl"
+#endif
 #if (VARIANT & FLAG_MEDIUM) != 0
 #include "common_medium.glsl"
 #elif (VARIANT & FLAG_SOLID) != 0
@@ -35,6 +38,9 @@ layout(early_fragment_tests) in;
 #endif
 
 flat in uint cell;
+#ifdef SLABS
+flat in vec2 slab; /* where it begins and ends: depths, the shell's centre being at 0 */
+#endif
 
 /* rgb: radiance, premultiplied; a: optical depth. */
 layout(location = 0, index = 0) out vec4 picture;
@@ -139,38 +145,22 @@ vec3 texture_at(Tetra t, REAL3 at) {
     return t.uvw0 + lambda.x * t.u1 + lambda.y * t.u2 + lambda.z * t.u3;
 }
 
-#if (VARIANT & FLAG_LIT) != 0
-/* From a gradient per voxel to a normal in the world, up to its length: the inverse transpose of the
- * cell's map from texture space. lambda_k has the gradient e_(k+1) x e_(k+2) / volume. */
-mat3 normal_map(Tetra t) {
-    vec3 g1 = cross(t.e2, t.e3), g2 = cross(t.e3, t.e1), g3 = cross(t.e1, t.e2);
-    /* Only the volume's sign matters; scaled, so that cells of any size stay within range. */
-    float size = max(max(dot(g1, g1), dot(g2, g2)), max(dot(g3, g3), 1.0e-37));
-    float scale = (dot(t.e1, g1) < 0.0 ? -1.0 : 1.0) * inversesqrt(size);
-    g1 = world_normal(g1 * scale);
-    g2 = world_normal(g2 * scale);
-    g3 = world_normal(g3 * scale);
-    vec3 n = frame[FRAME_SIZE].xyz;
-    vec3 u1 = t.u1 * n, u2 = t.u2 * n, u3 = t.u3 * n;
-    return mat3(g1 * u1.x + g2 * u2.x + g3 * u3.x, g1 * u1.y + g2 * u2.y + g3 * u3.y,
-                g1 * u1.z + g2 * u2.z + g3 * u3.z);
-}
-
-vec3 unit(vec3 v) {
-    return v * inversesqrt(max(dot(v, v), 1.0e-37));
-}
-#endif
-
 void main() {
     vec2 p = sample_position();
     Tetra tetra = fetch_tetra();
     Hits hits = meet_tetra(tetra, sample_position_real());
     REAL begin = hits.h_in, end = hits.h_out;
-#if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID)) != 0
+#if defined(SLABS) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID)) != 0
     REAL t0 = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, tetra.v0) + frame[FRAME_OU].w; /* of v0 */
 #endif
 #if (VARIANT & FLAG_EYE_INSIDE) != 0
     begin = max(begin, -1.0 - t0);
+#endif
+#ifdef SLABS
+    /* Neighbouring slabs hold the same plane, so a cell's parts add up to the cell, to the bit. */
+    REAL g0 = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, tetra.v0);
+    begin = max(begin, REAL(slab.x) - g0);
+    end = min(end, REAL(slab.y) - g0);
 #endif
 #if (VARIANT & FLAG_OCCLUDED) != 0
     float z = texelFetch(occluder, ivec2(gl_FragCoord.xy), 0).r;
@@ -178,8 +168,12 @@ void main() {
 #endif
     /* What is entered through the bottom lies behind the base there, unless that is where the eye is:
      * told by the face (3, on which lambda_3 is 0), not by a depth. */
-    bool below = frame[FRAME_STEP].w != 0.0 && IS_BOTTOM(cell, 3u) && hits.lambda_in.z == 0.0 &&
-                 begin == hits.h_in;
+#ifdef SLABS
+    bool entered = t0 + hits.h_in >= -1.0;
+#else
+    bool entered = begin == hits.h_in;
+#endif
+    bool below = frame[FRAME_STEP].w != 0.0 && IS_BOTTOM(cell, 3u) && hits.lambda_in.z == 0.0 && entered;
     if (!(begin < end) || below)
         discard;
     float span = float(end - begin) * length(ray_direction(p));
@@ -197,20 +191,24 @@ void main() {
 #if (VARIANT & FLAG_EXACT) != 0
     Way way = way_begin(cell, tetra.uvw0.xy, vec3(hits.lambda_in),
                         vec3(hits.lambda_out - hits.lambda_in));
-#if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
+#if defined(SLABS) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
     REAL whole = hits.h_out - hits.h_in;
     way_cut(way, float((begin - hits.h_in) / whole), float((end - hits.h_in) / whole));
 #endif
+#ifdef SLABS
+    /* A part has one sample, so none before it to guess from: a step of Newton more. */
+    way_go(way, (VARIANT & FLAG_SOLID) != 0 ? 0.0 : 0.5);
+#endif
 #else
     vec3 at_in = texture_at(tetra, hits.lambda_in), at_out = texture_at(tetra, hits.lambda_out);
-#if (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
+#if defined(SLABS) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
     REAL whole = hits.h_out - hits.h_in;
     vec3 all_along = at_out - at_in;
     at_out = at_in + all_along * float((end - hits.h_in) / whole);
     at_in = at_in + all_along * float((begin - hits.h_in) / whole);
 #endif
 #if (VARIANT & FLAG_LIT) != 0
-    mat3 to_world = normal_map(tetra);
+    mat3 to_world = normal_map(tetra.e1, tetra.e2, tetra.e3, tetra.u1, tetra.u2, tetra.u3);
 #else
     mat3 to_world = mat3(0.0);
 #endif

@@ -69,19 +69,19 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
 }
 
 double frame_steps_needed(const struct path_object *object) {
-    return ceil((double)object->shell->longest * object->samples / object->shell->thickness) + 1;
+    return ceil((double)object->shell->longest * object->quality / object->shell->thickness) + 1;
 }
 
 void frame_set_shell(struct frame *frame, const struct path_object *object) {
     const struct volume *volume = object->volume;
-    frame->v[FRAME_STEP][0] = (float)(object->samples / object->shell->thickness);
+    frame->v[FRAME_STEP][0] = (float)(object->quality / object->shell->thickness);
     frame->v[FRAME_STEP][1] = (float)(1 / object->shell->thickness);
     frame->v[FRAME_STEP][2] = (float)fmin(frame_steps_needed(object), PATH_STEPS_MAX);
     /* A ray may end where what is left of it cannot matter: that error must vanish with the square
      * of the steps, as the integration's does (1e-4 at 32 steps, where the integration's is 1e-2),
      * and with few steps, where the field may still be constant, be no more than that. */
     frame->v[FRAME_SCREEN][2] =
-        (float)fmin(1e-4, 0.1 / ((double)object->samples * object->samples));
+        (float)fmin(1e-4, 0.1 / ((double)object->quality * object->quality));
     frame->v[FRAME_STEP][3] = object->object->shell.has_base ? 1 : 0;
     for (int i = 0; i < 3; i++) {
         frame->v[FRAME_SIZE][i] = (float)volume->size[i];

@@ -35,15 +35,20 @@ struct path_object {
     const struct volume *volume;
     const struct baked *baked;
     struct projection projection;
-    int samples;      /* steps across one thickness */
-    bool walk;        /* rays walk through it from cell to cell; else its cells are drawn */
-    bool walk_asked;  /* the scene asks for that, so nothing else may be done */
-    bool solid_cells; /* walked, but for its solid: folds of it overlap, and the depth test of its
-                         cells finds the nearest surface (set by the path's `prepare`) */
-    bool fp64;        /* rays meet its cells in doubles (shell/precision.h) */
+    int layers;        /* steps across one thickness that do its voxels justice */
+    int quality;       /* what its path may spend, the more the better: path.quality_name */
+    bool quality_free; /* the scene leaves it open, and it matters */
+    bool any_quality;  /* it is drawn the same at any */
+    bool walk;         /* rays walk through it from cell to cell; else its cells are drawn */
+    bool walk_asked;   /* the scene asks for that, so nothing else may be done */
+    bool solid_cells;  /* walked, but for its solid: folds of it overlap, and the depth test of its
+                          cells finds the nearest surface (set by the path's `prepare`) */
+    enum scene_slicing_method method; /* of the slicing path, never `auto` */
+    bool fp64;                        /* rays meet its cells in doubles (shell/precision.h) */
     bool exact; /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
-    uint32_t forced; /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */
+    bool every_plane; /* for measuring alone: planes look at every prism */
+    uint32_t forced;  /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */
 };
 
 /* Everything that the passes of one picture share. */
@@ -72,9 +77,16 @@ struct picture {
 struct path {
     const char *name;
     enum scene_path id;
+    const char *quality_name; /* the member of the scene's `quality` that is path_object.quality */
+    int quality_max;          /* the most that a scene may ask for */
     /* State that outlives pictures: buffers, caches. A context is current in all of these. */
     enum status (*create)(void **state, struct error *err);
     void (*destroy)(void *state); /* takes NULL */
+    /* Sets quality, quality_free and any_quality of all shells, whose views are made: as the scene
+     * asks, else the path's own choice. Needs no context. */
+    enum status (*choose)(struct path_object *objects, size_t count, struct error *err);
+    /* Tells what an object was drawn with, for `resolved`. */
+    void (*resolve)(const struct path_object *object, struct scene_quality *quality);
     /* Before drawing: order, buffers. Moves picture->clock through sort and upload. */
     enum status (*prepare)(void *state, struct picture *picture, struct error *err);
     /* Opaque parts of materials: writes colour and depth. Called if any volume has a solid. */
@@ -83,7 +95,7 @@ struct path {
     enum status (*draw_media)(void *state, struct picture *picture, struct error *err);
 };
 
-extern const struct path path_tetra;
+extern const struct path path_tetra, path_slicing;
 
 extern const struct path *const path_table[]; /* ends with NULL */
 
@@ -96,6 +108,11 @@ static inline bool volume_has_medium(const struct volume *volume) {
 }
 static inline bool volume_has_solid(const struct volume *volume) {
     return volume->solid != NULL;
+}
+
+/* Whether an object is a shell that holds anything. */
+static inline bool path_object_drawn(const struct path_object *object) {
+    return object->shell && (volume_has_medium(object->volume) || volume_has_solid(object->volume));
 }
 
 #endif

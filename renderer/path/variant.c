@@ -11,14 +11,18 @@ bool variant_needs_normals(const struct path_object *object, int lights) {
 
 uint32_t variant_of_shell(const struct path_object *object, int lights, bool occluded, bool solid) {
     const struct volume *volume = object->volume;
+    bool slicing = object->object->path == SCENE_PATH_SLICING;
     uint32_t flags = FLAG_SOLID;
+    /* A point on a plane is hidden or not: the depth test says it. */
+    bool points = slicing && object->method != SCENE_SLICING_SLABS;
     if (!solid)
-        flags =
-            (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) | (occluded ? FLAG_OCCLUDED : 0);
-    /* A walk begins at the eye by itself. */
-    if ((object->projection.behind || (object->forced & FLAG_EYE_INSIDE)) && !object->walk)
+        flags = (volume->homogeneous ? FLAG_HOMOGENEOUS : FLAG_MEDIUM) |
+                (occluded && !points ? FLAG_OCCLUDED : 0);
+    /* A walk begins at the eye by itself, and so does the first slab. */
+    bool cut = object->walk || slicing;
+    if ((object->projection.behind || (object->forced & FLAG_EYE_INSIDE)) && !cut)
         flags |= FLAG_EYE_INSIDE;
-    if (object->fp64)
+    if (object->fp64 && !points)
         flags |= FLAG_FP64;
     if (object->exact)
         flags |= FLAG_EXACT;
@@ -27,6 +31,11 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
     else if (is_lit(volume))
         flags |= FLAG_AMBIENT;
     return flags;
+}
+
+uint32_t variant_in_picture(const struct path_object *object, const struct picture *picture,
+                            bool solid) {
+    return variant_of_shell(object, picture->lights.count, picture->occluded, solid);
 }
 
 uint32_t variant_of_surface(const struct path_object *object, int lights, bool textured) {

@@ -13,6 +13,10 @@ bool variant_needs_normals(const struct path_object *object, int lights);
  * `object->walk` says. `occluded`: something opaque may lie before the medium. */
 uint32_t variant_of_shell(const struct path_object *object, int lights, bool occluded, bool solid);
 
+/* The same, for one of the two draws of a picture. */
+uint32_t variant_in_picture(const struct path_object *object, const struct picture *picture,
+                            bool solid);
+
 /* An object's triangles. */
 uint32_t variant_of_surface(const struct path_object *object, int lights, bool textured);
 

@@ -35,12 +35,12 @@ static void to_grid(const struct view *view, const double clip[3], double out[2]
     out[1] = (clip[1] / w + 1) * view->height / 2;
 }
 
-/* The point where the edge from a (in front of the eye) to b (behind) passes PROJECT_DEPTH_MIN. */
-static void cut_edge(const double a[3], const double b[3], double out[3]) {
-    double s = (a[2] - PROJECT_DEPTH_MIN) / (a[2] - b[2]);
+/* The point where the edge from a to b, on either side of the depth h, passes it. */
+static void cut_edge(const double a[3], const double b[3], double h, double out[3]) {
+    double s = (a[2] - h) / (a[2] - b[2]);
     for (int i = 0; i < 3; i++)
         out[i] = a[i] + s * (b[i] - a[i]);
-    out[2] = PROJECT_DEPTH_MIN;
+    out[2] = h;
 }
 
 /* Andrew's monotone chain over at most 8 points, counter-clockwise, collinear ones left out. */
@@ -127,33 +127,9 @@ static int clip_side(double polygon[][2], int count, int axis, double sign, doub
 
 static const uint8_t tetra_edges[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
 
-int project_outline(const struct shell *shell, const struct projection *projection, uint32_t tetra,
-                    double outline[OUTLINE_MAX][2]) {
-    const struct view *view = &projection->view;
-    double point[8][2];
-    int count = 0;
-    const double *clip[4];
-    bool front[4];
-    int fronts = 0;
-    for (int v = 0; v < 4; v++) {
-        clip[v] = projection->clip[shell->tetra[tetra][v]];
-        front[v] = view->orthographic || clip[v][2] > PROJECT_DEPTH_MIN;
-        if (front[v])
-            to_grid(view, clip[v], point[count++]);
-        fronts += front[v];
-    }
-    if (fronts == 0)
-        return 0;
-    if (fronts < 4)
-        for (int e = 0; e < 6; e++) {
-            int a = tetra_edges[e][0], b = tetra_edges[e][1];
-            if (front[a] == front[b])
-                continue;
-            double cut[3];
-            cut_edge(clip[front[a] ? a : b], clip[front[a] ? b : a], cut);
-            to_grid(view, cut, point[count++]);
-        }
-
+/* The enlarged outline around at most 8 points on the grid, clipped to it. */
+static int outline_around(const struct view *view, double point[8][2], int count,
+                          double outline[OUTLINE_MAX][2]) {
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     for (int i = 0; i < count; i++)
         for (int k = 0; k < 2; k++) {
@@ -183,6 +159,71 @@ int project_outline(const struct shell *shell, const struct projection *projecti
     return corners < 3 ? 0 : corners;
 }
 
+int project_outline(const struct shell *shell, const struct projection *projection, uint32_t tetra,
+                    double outline[OUTLINE_MAX][2]) {
+    const struct view *view = &projection->view;
+    double point[8][2];
+    int count = 0;
+    const double *clip[4];
+    bool front[4];
+    int fronts = 0;
+    for (int v = 0; v < 4; v++) {
+        clip[v] = projection->clip[shell->tetra[tetra][v]];
+        front[v] = view->orthographic || clip[v][2] > PROJECT_DEPTH_MIN;
+        if (front[v])
+            to_grid(view, clip[v], point[count++]);
+        fronts += front[v];
+    }
+    if (fronts == 0)
+        return 0;
+    if (fronts < 4)
+        for (int e = 0; e < 6; e++) {
+            int a = tetra_edges[e][0], b = tetra_edges[e][1];
+            if (front[a] == front[b])
+                continue;
+            double cut[3];
+            cut_edge(clip[front[a] ? a : b], clip[front[a] ? b : a], PROJECT_DEPTH_MIN, cut);
+            to_grid(view, cut, point[count++]);
+        }
+    return outline_around(view, point, count, outline);
+}
+
+/* A tetrahedron between two parallel planes has at most 8 vertices: with i of its own behind the
+ * first plane and j <= i of them behind the second, i (4 - i) + j (4 - j) lie on cut edges and i -
+ * j between the planes; the sum is 8 for (2, 1), (2, 2), (3, 1), (3, 2), and 6 at most for all
+ * others.
+ */
+int project_slab_outline(const struct shell *shell, const struct projection *projection,
+                         uint32_t tetra, double low, double high, double outline[OUTLINE_MAX][2]) {
+    const struct view *view = &projection->view;
+    if (!view->orthographic)
+        low = fmax(low, PROJECT_DEPTH_MIN);
+    if (!(low <= high))
+        return 0;
+    double point[8][2];
+    int count = 0, side[4]; /* -1 before the slab, 0 within, 1 behind */
+    const double *clip[4];
+    for (int v = 0; v < 4; v++) {
+        clip[v] = projection->clip[shell->tetra[tetra][v]];
+        side[v] = clip[v][2] < low ? -1 : clip[v][2] > high ? 1 : 0;
+        if (side[v] == 0)
+            to_grid(view, clip[v], point[count++]);
+    }
+    for (int e = 0; e < 6; e++) {
+        int a = tetra_edges[e][0], b = tetra_edges[e][1];
+        double cut[3];
+        if ((side[a] < 0) != (side[b] < 0)) {
+            cut_edge(clip[side[a] < 0 ? b : a], clip[side[a] < 0 ? a : b], low, cut);
+            to_grid(view, cut, point[count++]);
+        }
+        if ((side[a] > 0) != (side[b] > 0)) {
+            cut_edge(clip[side[a] > 0 ? b : a], clip[side[a] > 0 ? a : b], high, cut);
+            to_grid(view, cut, point[count++]);
+        }
+    }
+    return count < 3 ? 0 : outline_around(view, point, count, outline);
+}
+
 int project_face(const struct projection *projection, const uint32_t vertex[3],
                  double corner[4][3]) {
     const struct view *view = &projection->view;
@@ -196,7 +237,7 @@ int project_face(const struct projection *projection, const uint32_t vertex[3],
         if (a_front)
             memcpy(kept[count++], a, sizeof kept[0]);
         if (a_front != b_front)
-            cut_edge(a_front ? a : b, a_front ? b : a, kept[count++]);
+            cut_edge(a_front ? a : b, a_front ? b : a, PROJECT_DEPTH_MIN, kept[count++]);
     }
     if (count < 3)
         return 0;

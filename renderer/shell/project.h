@@ -39,6 +39,11 @@ enum { OUTLINE_MAX = 24 };
 int project_outline(const struct shell *shell, const struct projection *projection, uint32_t tetra,
                     double outline[OUTLINE_MAX][2]);
 
+/* The same of the part of a tetrahedron whose depth H lies in [low, high]; of what lies in front of
+ * the eye. */
+int project_slab_outline(const struct shell *shell, const struct projection *projection,
+                         uint32_t tetra, double low, double high, double outline[OUTLINE_MAX][2]);
+
 /* The polygon that a face (three vertices) makes on the grid, not enlarged, clipped at the eye,
  * with a depth key that is affine over the grid and grows away from the eye (-1/H in perspective, H
  * in orthographic views). Returns the number of corners: 0, 3 or 4. */

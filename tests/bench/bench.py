@@ -235,6 +235,22 @@ def bench_plan(build, repeats):
     return rows
 
 
+def bench_slicing(build, repeats):
+    """Table 1 of Lensch et al. 2002: planes x methods, 512 x 512; error against the reference."""
+    run = subprocess.run([os.path.join(build, "tests/bench/bench_slicing"), str(repeats)],
+                         check=True, stdout=subprocess.PIPE, text=True)
+    rows = []
+    for line in run.stdout.splitlines():
+        r = json.loads(line)
+        paper = f"paper {1000 / r['paper_fps']:.0f} ms; " if r["paper_fps"] else ""
+        rows.append({**r, "figure": f"{r['scene']}, {r['planes']:4} planes, {r['method']}",
+                     "value": f"{r['ms']:.0f} ms, RMSE {r['rmse']:.2g}",
+                     "note": f"{paper}model {r['model']:.2g}, discretisation "
+                             f"{r['discretisation']:.2g}; {r['drawn']} polygons of {r['pairs']} "
+                             f"pairs of plane and prism, {r['fragments'] / 1e6:.2f} M fragments"})
+    return rows
+
+
 def resident_mib(pid, field="VmRSS"):
     with open(f"/proc/{pid}/status") as file:
         for line in file:
@@ -373,7 +389,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", default="demo,error,reference,service,jobs,sort,plan,memory,cold")
+    parser.add_argument("--only", default="demo,error,reference,service,jobs,sort,plan,slicing,memory,cold")
     parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     pelt = os.path.join(options.build, "pelt")
@@ -382,6 +398,7 @@ def main():
              "jobs": lambda n: bench_jobs(pelt, n),
              "sort": lambda n: bench_sort(options.build, n),
              "plan": lambda n: bench_plan(options.build, n),
+             "slicing": lambda n: bench_slicing(options.build, min(n, 5)),
              "memory": lambda n: bench_memory(pelt, n), "cold": lambda n: bench_cold(pelt, n)}
     results = {}
     if not options.json:
@@ -402,7 +419,7 @@ def main():
 def table_title(name):
     return {"demo": bench_demo, "error": bench_error, "reference": bench_reference,
             "service": bench_service, "jobs": bench_jobs,
-            "sort": bench_sort, "plan": bench_plan,
+            "sort": bench_sort, "plan": bench_plan, "slicing": bench_slicing,
             "memory": bench_memory, "cold": bench_cold}[name].__doc__
 
 

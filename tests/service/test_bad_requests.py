@@ -47,8 +47,10 @@ def test_scenes_that_break_the_contract():
                 "/camera/up")
         outside = {"shell": {**SHELL["shell"], "mesh": {"asset": "../x.glb"}}}
         refused(scene(objects=[outside]), "/objects/0/shell/mesh/asset")
-        slicing = {**scene(), "objects": [{**SHELL, "path": "slicing"}]}
-        refused(slicing, "/objects/0/path", 501, "not-implemented")
+        gdm = {**scene(), "objects": [{**SHELL, "path": "gdm"}]}
+        refused(gdm, "/objects/0/path", 501, "not-implemented")
+        two = {**scene(), "objects": [{**SHELL, "path": "tetra"}, {**SHELL, "path": "slicing"}]}
+        refused(two, "/objects/1/path", 501, "not-implemented")
 
 
 def mesh_scene(name):

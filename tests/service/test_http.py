@@ -118,7 +118,7 @@ def test_capabilities():
         told = daemon.get("/v1/capabilities").json()
         names = {row["name"]: row["state"] for row in told["paths"]}
         assert set(names) == {"tetra", "slicing", "gdm", "distance", "frusta", "auto"}, names
-        assert names["tetra"] == "ready", names
+        assert names["tetra"] == names["slicing"] == "ready", names
         for row in told["materials"]:
             document = scene(objects=[{"shell": {**SHELL["shell"],
                                                  "material": {"builtin": row["name"]}}}])

@@ -147,7 +147,7 @@ static int draw_case(struct renderer *renderer, const struct matrix_case *of, bo
                                    .model = NAN,
                                    .discretisation = NAN};
         /* What is chosen where both orders are possible is one of the two already drawn. */
-        if (quick && path->order == SCENE_ORDER_AUTO && !of->may_refuse)
+        if (quick && path->path == SCENE_PATH_AUTO && !of->may_refuse)
             continue;
         watch(of, path->name);
         if (truth)

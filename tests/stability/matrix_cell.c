@@ -19,15 +19,14 @@
 #include "tests/stability/matrix.h"
 
 const struct matrix_path matrix_paths[] = {
-    {"walk", SCENE_PATH_TETRA, SCENE_ORDER_WALK},
-    {"sorted", SCENE_PATH_TETRA, SCENE_ORDER_SORTED},
-    {"auto", SCENE_PATH_AUTO, SCENE_ORDER_AUTO},
+    {"walk", SCENE_PATH_TETRA, SCENE_ORDER_WALK}, {"sorted", SCENE_PATH_TETRA, SCENE_ORDER_SORTED},
+    {"auto", SCENE_PATH_AUTO, SCENE_ORDER_AUTO},  {"slabs", SCENE_PATH_SLICING, SCENE_ORDER_AUTO},
     {NULL, SCENE_PATH_AUTO, SCENE_ORDER_AUTO},
 };
 
 const char *const matrix_verdicts[] = {"right", "refused", "warned", "WRONG"};
 
-enum { CACHE_BYTES = 512 << 20 };
+enum { CACHE_BYTES = 512 << 20, SLICES_A_STEP = 20, SLICES_MOST = 4096 };
 
 struct matrix_truth {
     const struct matrix_case *of;
@@ -222,6 +221,12 @@ static enum status draw_once(struct renderer *renderer, const struct matrix_trut
             objects[i].quality.order = path->order;
             if (samples)
                 objects[i].quality.samples = samples;
+            if (path->path != SCENE_PATH_SLICING)
+                continue;
+            int steps = objects[i].quality.samples;
+            int slices = steps ? steps * SLICES_A_STEP : SLICES_MOST;
+            objects[i].quality.slices = slices < SLICES_MOST ? slices : SLICES_MOST;
+            objects[i].quality.samples = 0;
         }
     current = truth->of;
     enum status status = renderer_render(renderer, &scene, &truth->assets, result, err);

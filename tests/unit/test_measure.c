@@ -70,6 +70,11 @@ static void test_estimate_of_discretisation(void **state) {
         {SHELL(SPHERE, BASE CLOUDS) "'samples': ", "}}", 41, 33, 9},
         {SHELL(SPHERE, BASE CLOUDS) "'samples': ", "}}", 25, 31, 16},
         {SHELL(SPHERE, CLOUDS) "'samples': ", "}}, {'mesh': {'shape': 'sphere'}}", 27, 33, 25},
+        /* 24 planes, and 264. */
+        {SHELL(PLANE, CLOUDS) "'slices': 2", "}}", 64, 48, 1},
+        {SHELL(SPHERE, BASE CLOUDS) "'slices': 2", "}}", 41, 33, 9},
+        {SHELL(SPHERE, CHAIN) "'slices': 2", "}}", 96, 70, 1},
+        {SHELL(SPHERE, BASE CLOUDS) "'method': 'hybrid', 'slices': 2", "}}", 61, 53, 4},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         char objects[1024];
@@ -203,6 +208,34 @@ static void test_max_error(void **state) {
     }
 }
 
+/* The same of planes, which all shells share. */
+static void test_max_error_of_slices(void **state) {
+    (void)state;
+    int before = 0;
+    static const double goals[] = {0.03, 0.003};
+    for (size_t i = 0; i < 2; i++) {
+        char rest[64];
+        struct render_result result, fine;
+        snprintf(rest, sizeof rest, ", 'target': {'max_error': %g}", goals[i]);
+        draw(&result, 64, 48, 1, rest,
+             SHELL(PLANE, CLOUDS) "'method': 'slabs'}}, " SHELL(PLANE, CHAIN) "}}");
+        draw(&fine, 64, 48, 1, "",
+             SHELL(PLANE, CLOUDS) "'slices': 8000}}, " SHELL(PLANE, CHAIN) "}}");
+        const struct report_target *target = &result.report.target;
+        const struct scene_object *objects = result.report.resolved.objects;
+        double true_ = rmse_between(&result, &fine);
+        print_message("%g: %d slices, true %.4g, %s\n", goals[i], objects[0].quality.slices, true_,
+                      target->why);
+        assert_true(target->met && target->reached <= goals[i] && true_ < goals[i]);
+        assert_int_equal(objects[0].quality.slices, objects[1].quality.slices);
+        assert_true(objects[0].quality.slices > before);
+        assert_non_null(strstr(target->why, "slices"));
+        before = objects[0].quality.slices;
+        render_result_finish(&result);
+        render_result_finish(&fine);
+    }
+}
+
 /* What a scene gives is held; where nothing is left out there is nothing to choose. */
 static void test_what_is_given_is_held(void **state) {
     (void)state;
@@ -319,6 +352,7 @@ int main(void) {
         cmocka_unit_test(test_reference_of_all_pixels),
         cmocka_unit_test(test_reference_of_some_pixels),
         cmocka_unit_test(test_max_error),
+        cmocka_unit_test(test_max_error_of_slices),
         cmocka_unit_test(test_what_is_given_is_held),
         cmocka_unit_test(test_out_of_reach),
         cmocka_unit_test(test_deadline),

@@ -10,11 +10,11 @@
 
 /* Every row of the plan. */
 static const char *const parts[] = {
-    "surface",       "entries",     "solid",       "sort",     "exact-map",     "overlap",
-    "media",         "resolve",     "trials",      "error",    "supersampling", "depth",
-    "occluded",      "voxels",      "closed-form", "cells",    "eye-inside",    "fp64",
-    "light",         "ambient",     "shadow",      "specular", "gradients",     "mesh-normals",
-    "base-textures", "OpenImageIO", "tinygltf"};
+    "surface",      "entries",       "solid",       "sort",        "exact-map", "slices",
+    "overlap",      "media",         "resolve",     "trials",      "error",     "supersampling",
+    "depth",        "occluded",      "voxels",      "closed-form", "cells",     "eye-inside",
+    "fp64",         "light",         "ambient",     "shadow",      "specular",  "gradients",
+    "mesh-normals", "base-textures", "OpenImageIO", "tinygltf"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -28,6 +28,8 @@ enum { PART_COUNT = sizeof parts / sizeof *parts };
 #define FUR    "'builtin': 'fur', 'size': [16, 16, 8]"
 #define MIST   "'builtin': 'homogeneous', 'extinction': 2, 'color': [0.2, 0.4, 0.8]"
 #define SORTED ", 'quality': {'order': 'sorted'}"
+#define SLABS  ", 'quality': {'slices': 9}"
+#define HYBRID ", 'quality': {'slices': 9, 'method': 'hybrid'}"
 #define END    "}]}"
 
 struct row {
@@ -92,6 +94,22 @@ static const struct row rows[] = {
      "mesh-normals overlap",
      "OVERLAP:lit+occluded+exact SURFACE:lit RESOLVE:"},
     {ONE SHELL(SPHERE, "'builtin': 'homogeneous', 'extinction': 0", "") END, "resolve", "RESOLVE:"},
+    {ONE SHELL(SPHERE, "'builtin': 'homogeneous', 'extinction': 0", "") SLABS END, "resolve",
+     "RESOLVE:"},
+    {ONE SHELL(SPHERE, FUR, "") SLABS END,
+     "exact-map slices media resolve voxels cells light gradients",
+     "SLABS:medium+lit+exact RESOLVE:"},
+    {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") SLABS END,
+     "solid exact-map slices resolve depth voxels cells", "SLABS:solid+exact RESOLVE:"},
+    {VIEW("1", "'camera': {'eye': [0, 0, 0], 'target': [1, 0, 0]}, ") SHELL(SPHERE, MIST, "")
+         SLABS END,
+     "slices media resolve closed-form cells", "SLABS:homogeneous RESOLVE:"},
+    {DIM SHELL(SPHERE, FUR ", 'lit': false", ", 'base': {'color': [1, 0, 0]}") SLABS END,
+     "surface exact-map slices media resolve depth occluded voxels cells ambient",
+     "SLABS:medium+occluded+exact SURFACE:ambient RESOLVE:"},
+    {DIM SHELL(SPHERE, FUR ", 'lit': false", ", 'base': {'color': [1, 0, 0]}") HYBRID END,
+     "surface slices media resolve depth occluded voxels cells ambient",
+     "SLICES_HYBRID:medium SURFACE:ambient RESOLVE:"},
     {ONE "{'mesh': {" SPHERE "}" END, "surface resolve depth light mesh-normals",
      "SURFACE:lit RESOLVE:"},
     {DIM "{'mesh': {" SPHERE "}" END, "surface resolve depth ambient", "SURFACE:ambient RESOLVE:"},

@@ -176,6 +176,16 @@ static void pictures_survive(void **state) {
     torture(SCENE(SHELL("clouds", ", \"quality\": {\"order\": \"sorted\"}"), ""));
 }
 
+static void slices_survive(void **state) {
+    (void)state;
+    torture(SCENE(SHELL("clouds", ", \"path\": \"slicing\""), ""));
+    torture(SCENE(SHELL("chain", ", \"quality\": {\"slices\": 600}"), ""));
+    torture(SCENE(SHELL("clouds", ", \"quality\": {\"slices\": 600}"), ""));
+    torture(SCENE(SHELL("clouds", ", \"quality\": {\"method\": \"software\"}"), ""));
+    torture(SCENE(SHELL("clouds", ", \"quality\": {\"method\": \"hardware\"}"),
+                  ", \"report\": {\"error\": \"estimate\"}"));
+}
+
 static void errors_survive(void **state) {
     (void)state;
     torture(SCENE(SHELL("clouds", ""), ", \"report\": {\"error\": \"estimate\"}"));
@@ -243,9 +253,8 @@ int main(void) {
         return 77;
     }
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pictures_survive),
-        cmocka_unit_test(errors_survive),
-        cmocka_unit_test(targets_survive),
+        cmocka_unit_test(pictures_survive), cmocka_unit_test(slices_survive),
+        cmocka_unit_test(errors_survive),   cmocka_unit_test(targets_survive),
         cmocka_unit_test(sweeps_survive),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);

@@ -12,15 +12,12 @@ static void what_is_not_drawn(void **state) {
     } rows[] = {
         {LEAST(", \"lights\": [{}, {\"shadow\": true}]"), "/lights/1/shadow"},
         {ONE("{\"skeleton\": {\"builtin\": \"elm\"}}"), "/objects/0/skeleton"},
-        {ONE("{" FUR ", \"path\": \"slicing\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"gdm\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"distance\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"frusta\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"quality\": {\"traversal\": \"dda\"}}"), "/objects/0/quality/traversal"},
         {ONE("{" FUR ", \"quality\": {\"traversal\": \"adaptive\"}}"),
          "/objects/0/quality/traversal"},
-        {ONE("{" FUR ", \"quality\": {\"slices\": 2}}"), "/objects/0/quality/slices"},
-        {ONE("{" FUR ", \"quality\": {\"method\": \"slabs\"}}"), "/objects/0/quality/method"},
         {ONE("{" FUR ", \"quality\": {\"rank\": 2}}"), "/objects/0/quality/rank"},
         {ONE("{" FUR ", \"quality\": {\"iterations\": 2}}"), "/objects/0/quality/iterations"},
         {ONE("{" FUR ", \"quality\": {\"relief_steps\": 2}}"), "/objects/0/quality/relief_steps"},
@@ -53,6 +50,9 @@ static void what_is_drawn(void **state) {
         ONE("{" FUR ", \"path\": \"auto\"}"),
         ONE("{" FUR ", \"path\": \"tetra\", \"quality\": {\"samples\": 9, \"order\": \"sorted\", "
             "\"traversal\": \"fixed\"}}"),
+        ONE("{" FUR
+            ", \"path\": \"slicing\", \"quality\": {\"slices\": 2, \"method\": \"hybrid\"}}"),
+        ONE("{" FUR ", \"quality\": {\"slices\": 2}}"),
         ONE("{" TORUS("{\"builtin\": \"homogeneous\"}") "}"),
         ONE("{" TORUS("{\"builtin\": \"clouds\"}") "}"),
         ONE("{" TORUS("{\"builtin\": \"chain\"}") "}"),

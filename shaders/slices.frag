@@ -1,0 +1,53 @@
+/* One sample of a ray where a plane cuts a prism, as Lensch, Daubert & Seidel 2002 have it: texture
+ * coordinates are interpolated over triangles of the polygon, and stand for the ray all the way to the
+ * next plane. That way is measured along the ray, which the paper leaves out (in perspective it is
+ * 1 / cos(theta) of the spacing), and it is the extinction that is taken to its power, not alpha. */
+#include "common_frame.glsl"
+#include "common_sample.glsl"
+#if (VARIANT & FLAG_MEDIUM) != 0
+#include "common_medium.glsl"
+#elif (VARIANT & FLAG_SOLID) != 0
+#include "common_solid.glsl"
+#else
+#include "common_math.glsl"
+#endif
+
+layout(location = 0) uniform float spacing; /* of the planes, in ray parameters */
+
+in vec3 uvw;
+#if (VARIANT & FLAG_LIT) != 0
+flat in mat3 to_world;
+#endif
+
+/* rgb: radiance, premultiplied; a: optical depth. */
+layout(location = 0, index = 0) out vec4 picture;
+#if (VARIANT & FLAG_SOLID) == 0
+layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
+#endif
+
+void main() {
+    vec2 p = sample_position();
+    float span = spacing * length(ray_direction(p));
+#if (VARIANT & FLAG_LIT) != 0
+    vec3 v = view_vector(p);
+    mat3 normals = to_world;
+#else
+    vec3 v = vec3(0.0);
+    mat3 normals = mat3(0.0);
+#endif
+#if (VARIANT & FLAG_HOMOGENEOUS) != 0
+    float tau = frame[FRAME_CONSTANT].w * span;
+    picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
+    through = vec4(exp(-tau));
+#elif (VARIANT & FLAG_MEDIUM) != 0
+    Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
+    Way way = Way(uvw, vec3(0.0), normals);
+    march(ray, way, span, v);
+    picture = vec4(ray.color, ray.tau);
+    through = vec4(exp(-ray.tau));
+#else
+    if (texture(solid, uvw).a < 0.5)
+        discard;
+    picture = vec4(shade_solid(uvw, normals, v, false, vec3(0.0)), OPAQUE_DEPTH);
+#endif
+}
