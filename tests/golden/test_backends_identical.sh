@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# EGL and OSMesa give the same PNG bytes for every example, drawn at a quarter of its size. Where EGL
+# EGL and OSMesa give the same PNG bytes for every example but those with a deadline, drawn at a
+# quarter of its size. Where EGL
 # draws on hardware, the two are different rasterisers and there is nothing to compare. On failure the
 # pictures stay in $PELT_BUILD/tests/backends.
 set -eu
@@ -26,6 +27,8 @@ fi
 import json, pathlib, sys
 for path in map(pathlib.Path, sys.argv[2:]):
     scene = json.loads(path.read_text())
+    if "deadline_ms" in scene.get("target", {}):
+        continue  # what is drawn depends on how fast it is
     image = scene.setdefault("image", {})
     for side in "width", "height":
         image[side] = max(1, image.get(side, 512) // 4)
