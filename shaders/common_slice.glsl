@@ -74,6 +74,6 @@ void place_corner(int prism, int a, int b, float plane) {
     float h = plane + frame[FRAME_H_ROW].w; /* the same all over the polygon */
     float w = frame[FRAME_MATERIAL].w != 0.0 ? 1.0 : h;
     gl_Position = vec4((dot(frame[FRAME_X_ROW], vec4(p, 1.0))) / w,
-                       (dot(frame[FRAME_Y_ROW], vec4(p, 1.0))) / w, 
+                       (dot(frame[FRAME_Y_ROW], vec4(p, 1.0))) / w,
                        DEPTH_OF_T(plane + frame[FRAME_OU].w, frame[FRAME_O0].w), 1.0);
 }
