@@ -85,7 +85,7 @@ enum report_target_kind { REPORT_TARGET_NONE, REPORT_TARGET_MAX_ERROR, REPORT_TA
 struct report_target {
     enum report_target_kind kind;
     double asked;   /* RMSE, or milliseconds */
-    double reached; /* the estimate and its standard error, or the total */
+    double reached; /* the estimate and twice its standard error, or the total */
     bool met;
     uint64_t trials;  /* draws of a few pixels */
     uint64_t redrawn; /* pictures that were thrown away and drawn again */

@@ -18,7 +18,8 @@ enum {
     TRIAL_EVERY = 32,       /* of how many blocks one is drawn in a trial */
     TRIAL_PIXELS_MIN = 512, /* at the least, if there are as many */
     TRIES_MAX = 12,         /* trials before what is known has to do */
-    AGAIN_MAX = 2           /* pictures that are drawn again */
+    AGAIN_MAX = 2,          /* pictures that are drawn again */
+    PACE_ROUNDS = 3         /* tries of what the pace gives */
 };
 
 static const double MARGIN = 5.0 / 6, ORDER_MIN = 0.5, ORDER_MAX = 2.5;
@@ -30,7 +31,13 @@ static const double FACTOR_MAX = 64, FACTOR_MIN = 1.0 / 64;
  * order is a hundredth of the default's. */
 static const double DEADLINE_FACTOR_MAX = 8;
 
-static const double DEADLINE_MARGIN = 0.88;
+static const double DEADLINE_MARGIN = 0.85;
+
+/* Of what is left, trials may take about this. */
+static const double TRIALS_SHARE = 0.2;
+
+/* Of a target the model error is worth more than of an estimate: what it hides breaks a promise. */
+static const double MODEL_MS_MIN = 60;
 
 /* A trial that takes this long is timed once: clocks and other work on the machine disturb it by
  * tenths of a millisecond. */
@@ -203,7 +210,7 @@ static enum status choose_for_error(struct trials *trials, double asked, struct 
     /* What no quality can mend. */
     struct model_error model;
     status = estimate_model(aim->measure, trials->fine, trials->met_pixels,
-                            fmax(20, 4 * trials->trial_ms), &model, err);
+                            fmax(MODEL_MS_MIN, 8 * trials->trial_ms), &model, err);
     if (status != STATUS_OK)
         return status;
     double model_rmse = isnan(model.rmse) ? 0 : model.rmse, factor, error;
@@ -223,58 +230,125 @@ static enum status choose_for_error(struct trials *trials, double asked, struct 
     return status;
 }
 
-/* How long the trial pixels take at `factor`: the median of three, or one that is long enough for
- * noise not to matter. */
-static enum status time_of(struct trials *trials, double factor, double *ms, struct error *err) {
+/* Time, as trials tell it. Drawing n blocks at the factor q takes fixed + n (each + slope (q -
+ * low)).
+ */
+struct pace {
+    double low, fixed, each, slope;
+    double eligible; /* blocks of the whole picture, in blocks of a trial */
+};
+
+static double pace_ms(const struct pace *pace, double q) {
+    return pace->fixed + pace->eligible * (pace->each + pace->slope * (q - pace->low));
+}
+
+/* Whether a trial costs as much as the picture: cells whose shaders write depth, or discard, are
+ * shaded before the mask is looked at. */
+static bool trials_cost_all(const struct picture *picture) {
+    for (size_t i = 0; i < picture->object_count; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (object->shell && volume_has_solid(object->volume) &&
+            (!object->walk || object->solid_cells))
+            return true;
+    }
+    return false;
+}
+
+/* How long the trial pixels take at `factor`: the median of three; one, where it is long enough for
+ * noise not to matter, or where three would take more than `most_ms`. */
+static enum status time_of(struct trials *trials, double factor, double most_ms, double *ms,
+                           struct error *err) {
     double took[3];
     for (int n = 0; n < 3; n++) {
         enum status status = try_factor(trials, factor, err);
         took[n] = *ms = trials->trial_ms;
-        if (status != STATUS_OK || took[n] > TRIAL_LONG_MS)
+        if (status != STATUS_OK || took[n] > TRIAL_LONG_MS || 3 * took[n] > most_ms)
             return status;
     }
     *ms = fmax(fmin(took[0], took[1]), fmin(fmax(took[0], took[1]), took[2]));
     return STATUS_OK;
 }
 
-static enum status choose_for_time(struct trials *trials, struct error *err) {
-    const struct aim *aim = trials->aim;
-    const struct measure *measure = aim->measure;
+/* The trials that tell the pace. */
+static enum status find_pace(struct trials *trials, double every, struct pace *pace,
+                             struct error *err) {
+    const struct measure *measure = trials->aim->measure;
     const struct scene_image *image = &measure->scene->image;
     struct probe *probe = measure->probe;
     int k = measure->drawing->plan->k;
-    double low = 0.25, high = 1;
-    double began = clock_now_ms(), blocks = probe->blocks.count, low_ms, high_ms;
+    double low = 0.25, high = 1, low_ms = 0, high_ms = 0, fixed = 0;
+    double most_ms = TRIALS_SHARE * trials->aim->left_ms / 4;
+    double blocks = probe->blocks.count;
     double eligible = (double)probe_eligible(image->width, image->height, k, 0, measure->met);
+    *pace = (struct pace){.low = low, .eligible = 1};
     /* The first trial of a process pays for compiling. */
     enum status status = try_factor(trials, low, err);
-    if (status == STATUS_OK)
-        status = time_of(trials, low, &low_ms, err);
-    if (status == STATUS_OK)
-        status = time_of(trials, high, &high_ms, err);
-    if (status == STATUS_OK)
-        status = probe_choose(probe, image->width, image->height, k, 0, measure->met, NULL,
-                              fmax(eligible, 1), err);
-    double fixed = 0;
-    if (status == STATUS_OK)
-        status = time_of(trials, low, &fixed, err);
+    bool dear = trials->trial_ms > most_ms;
+    if (status == STATUS_OK && (!dear || trials->report->target.trials == 1))
+        status = time_of(trials, low, most_ms, &low_ms, err);
+    dear = low_ms > most_ms;
+    if (status == STATUS_OK && !dear)
+        status = time_of(trials, high, most_ms, &high_ms, err);
     if (status != STATUS_OK)
         return status;
+    if (trials_cost_all(measure->drawing->picture)) {
+        pace->each = low_ms;
+        pace->slope = dear ? low_ms : fmax(0.25 * high_ms, high_ms - low_ms) / (high - low);
+        return STATUS_OK;
+    }
+    pace->eligible = eligible;
+    if (!dear)
+        status = probe_choose(probe, image->width, image->height, k, 0, measure->met, NULL,
+                              fmax(eligible, 1), err);
+    if (status == STATUS_OK && !dear)
+        status = time_of(trials, low, most_ms, &fixed, err);
     fixed = fmin(fixed, low_ms);
-    double more = fmax(1, blocks - probe->blocks.count);
-    double each = fmax(0, low_ms - fixed) / more;
+    double more = fmax(1, blocks - (dear ? 0 : probe->blocks.count));
+    pace->fixed = fixed;
+    pace->each = fmax(0, low_ms - fixed) / more;
     /* Whatever noise says, steps take time: at the default a quarter of what is not fixed, or more.
      */
-    double slope = fmax(high_ms - low_ms, 0.25 * fmax(0, high_ms - fixed)) / (more * (high - low));
-    /* fixed + eligible (each + slope (q - low)) = what is left */
-    double left = DEADLINE_MARGIN * (aim->left_ms - (clock_now_ms() - began));
-    double q =
-        slope > 0 ? low + ((left - fixed) / fmax(eligible, 1) - each) / slope : DEADLINE_FACTOR_MAX;
-    if (left <= fixed)
-        q = FACTOR_MIN;
-    q = clamp(q, FACTOR_MIN, DEADLINE_FACTOR_MAX);
+    pace->slope = fmax(high_ms - low_ms, 0.25 * fmax(0, high_ms - fixed)) / (more * (high - low));
+    if (dear)
+        pace->slope = pace->each / low;
+    return status == STATUS_OK && !dear ? probe_choose(probe, image->width, image->height, k, 0,
+                                                       measure->met, NULL, every, err)
+                                        : status;
+}
+
+static enum status choose_for_time(struct trials *trials, double every, struct error *err) {
+    const struct aim *aim = trials->aim;
+    const struct measure *measure = aim->measure;
+    struct pace pace;
+    double began = clock_now_ms(), left = 0, q = FACTOR_MIN;
+    enum status status = find_pace(trials, every, &pace, err);
+    /* A line through two trials is too cheap far beyond them, where rays end late and no segment
+     * has but one step: what it gives is tried itself, as long as that is a small part of what is
+     * left.
+     */
+    for (int round = 0; status == STATUS_OK && round < PACE_ROUNDS; round++) {
+        double spent = clock_now_ms() - began;
+        left = DEADLINE_MARGIN * (aim->left_ms - spent);
+        double base = pace.fixed + pace.eligible * pace.each;
+        q = pace.slope > 0 ? pace.low + (left - base) / (pace.eligible * pace.slope)
+                           : DEADLINE_FACTOR_MAX;
+        q = left <= pace.fixed ? FACTOR_MIN : clamp(q, FACTOR_MIN, DEADLINE_FACTOR_MAX);
+        double blocks =
+            trials_cost_all(measure->drawing->picture) ? 1 : measure->probe->blocks.count;
+        double trial = pace.fixed + blocks * (pace.each + pace.slope * (q - pace.low));
+        if (q <= 1 || round == PACE_ROUNDS - 1 || trial > TRIALS_SHARE * left)
+            break;
+        status = try_factor(trials, q, err);
+        double found = fmax(0, trials->trial_ms - pace.fixed) / fmax(blocks, 1);
+        double slope = (found - pace.each) / (q - pace.low);
+        if (slope <= pace.slope * 1.03)
+            break;
+        pace.slope = slope;
+    }
+    if (status != STATUS_OK)
+        return status;
     set_factor(measure, &trials->defaults, q);
-    double expected = fixed + eligible * (each + slope * (q - low));
+    double expected = pace_ms(&pace, q);
     snprintf(trials->report->target.why, sizeof trials->report->target.why,
              expected <= aim->left_ms
                  ? "%.3g times the default %s: drawing was expected to take %.0f ms of %.0f"
@@ -305,7 +379,7 @@ enum status aim_choose(const struct aim *aim, struct report *report, struct erro
     if (status == STATUS_OK)
         status = scene->target.has_max_error
                      ? choose_for_error(&trials, scene->target.max_error, err)
-                     : choose_for_time(&trials, err);
+                     : choose_for_time(&trials, every, err);
     free(trials.fine);
     free(trials.met_pixels);
     return status;
@@ -318,8 +392,8 @@ bool aim_again(const struct aim *aim, struct report *report) {
     double model = isnan(error->model) ? 0 : error->model;
     /* With what the pixels not looked at may add. */
     target->reached = isnan(error->rmse)
-                          ? error->discretisation + error->discretisation_standard_error
-                          : error->rmse + error->rmse_standard_error;
+                          ? error->discretisation + 2 * error->discretisation_standard_error
+                          : error->rmse + 2 * error->rmse_standard_error;
     target->met = target->reached <= target->asked;
     struct picture *picture = aim->measure->drawing->picture;
     if (target->met || model >= target->asked || !aim_is_free(aim->measure) ||

@@ -15,7 +15,8 @@ enum {
                             blocks of interest are dear ones */
     ESTIMATE_PIXELS_MIN = 512, /* fewer say little about an error that lies in few places */
     MODEL_PIXELS_FIRST = 32,   /* drawn in any case, to learn what one costs */
-    MODEL_PIXELS_MAX = 2048
+    MODEL_PIXELS_MAX = 2048,
+    PROMISE = 4 /* times as much of both where measure.promises */
 };
 
 /* How much finer the pair's other half is. */
@@ -161,7 +162,7 @@ static double embedded_pair(const struct measure *measure, const uint8_t *met_pi
             errors[at].weight = weight;
         }
         if (n % area == area - 1)
-            squares_end_block(squares);
+            squares_end_drawn(squares, probe->chance[n / area]);
     }
     return weighted_p99(errors, squares->count);
 }
@@ -236,7 +237,8 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     size_t met, touched = count_touched(measure, met_pixels, &met);
     double eligible =
         (double)probe_eligible(image->width, image->height, k, side, measure->met) * side * side;
-    double every = fmax(1, fmin(ESTIMATE_EVERY, eligible / ESTIMATE_PIXELS_MIN));
+    double times = measure->promises ? PROMISE : 1;
+    double every = fmax(1, fmin(ESTIMATE_EVERY / times, eligible / (times * ESTIMATE_PIXELS_MIN)));
     interest = find_interest(measure, met_pixels);
     status = interest
                  ? probe_choose(probe, image->width, image->height, k, side, measure->met, interest,
@@ -261,7 +263,9 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     struct model_error model;
     double spent = clock_now_ms() - began;
     status = estimate_model(measure, probe->pixels, met_pixels,
-                            fmax(MODEL_MS_MIN, 0.07 * (measure->spent_ms + spent)), &model, err);
+                            fmax(MODEL_MS_MIN, 0.07 * (measure->spent_ms + spent)) *
+                                (measure->promises ? PROMISE : 1),
+                            &model, err);
     if (status != STATUS_OK)
         goto done;
     out->model = model.rmse * share;

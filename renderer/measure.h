@@ -18,6 +18,7 @@ struct measure {
     const uint8_t *met;  /* of the samples, as in struct picture; NULL where there are no shells */
     const float *pixels; /* the picture, as in struct render_result */
     int threads;         /* of the reference */
+    bool promises;       /* a target stands on the estimate: look at four times as many pixels */
     double spent_ms;     /* what the picture took so far: the measure of what may be spent */
 };
 

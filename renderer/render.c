@@ -325,6 +325,7 @@ static enum status fulfil(struct renderer *renderer, const struct scene *scene,
         .met = picture->met,
         .pixels = result->pixels,
         .threads = renderer->threads,
+        .promises = scene->target.has_max_error,
     };
     struct aim aim = {.measure = &measure};
     const struct scene_target *target = &scene->target;

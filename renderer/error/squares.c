@@ -17,12 +17,16 @@ double squares_add(struct squares *squares, const double difference[4], double w
 }
 
 void squares_end_block(struct squares *squares) {
-    double s = squares->block_sum, w = squares->block_weights;
+    squares_end_drawn(squares, 0);
+}
+
+void squares_end_drawn(struct squares *squares, double chance) {
+    double s = squares->block_sum, w = squares->block_weights, open = fmax(0, 1 - chance);
     squares->sum += s;
     squares->weights += w;
-    squares->ss += s * s;
-    squares->sw += s * w;
-    squares->ww += w * w;
+    squares->ss += open * s * s;
+    squares->sw += open * s * w;
+    squares->ww += open * w * w;
     squares->block_sum = squares->block_weights = 0;
 }
 

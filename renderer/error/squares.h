@@ -22,6 +22,10 @@ double squares_add(struct squares *squares, const double difference[4], double w
 /* Every block ends with this; so does a pixel that is a block of its own. */
 void squares_end_block(struct squares *squares);
 
+/* The same for a block that was chosen with this chance: what was sure to be chosen adds nothing to
+ * the standard error. */
+void squares_end_drawn(struct squares *squares, double chance);
+
 double squares_rmse(const struct squares *squares); /* 0 where there are none */
 
 /* Of the RMSE, to first order: that of the mean square, a ratio of two sums over blocks, over twice

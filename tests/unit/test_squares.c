@@ -79,6 +79,24 @@ static void test_weights_undo_preference(void **state) {
     assert_true(told > 0.7 * sqrt(scatter) && told < 1.4 * sqrt(scatter));
 }
 
+/* What was sure to be looked at leaves nothing open. */
+static void test_all_leaves_nothing_open(void **state) {
+    (void)state;
+    struct squares sure = {0}, half = {0}, none = {0};
+    for (int n = 0; n < 10; n++) {
+        double difference[4] = {n, 0, 0, 0};
+        squares_add(&sure, difference, 1);
+        squares_end_drawn(&sure, 1);
+        squares_add(&half, difference, 1);
+        squares_end_drawn(&half, 0.5);
+        squares_add(&none, difference, 1);
+        squares_end_block(&none);
+    }
+    assert_true(squares_standard_error(&sure) == 0 && squares_rmse(&sure) == squares_rmse(&none));
+    assert_true(fabs(squares_standard_error(&half) / squares_standard_error(&none) - sqrt(0.5)) <
+                1e-12);
+}
+
 static void test_percentile(void **state) {
     (void)state;
     struct weighted errors[200];
@@ -97,6 +115,7 @@ int main(void) {
         cmocka_unit_test(test_of_all),
         cmocka_unit_test(test_blocks_are_drawn),
         cmocka_unit_test(test_weights_undo_preference),
+        cmocka_unit_test(test_all_leaves_nothing_open),
         cmocka_unit_test(test_percentile),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
