@@ -11,7 +11,7 @@
 #include "renderer/reference/reference.h"
 
 enum {
-    ESTIMATE_EVERY = 36, /* of how many blocks one is drawn again, at four times the cost, or six:
+    ESTIMATE_EVERY = 48, /* of how many blocks one is drawn again, at four times the cost, or six:
                             blocks of interest are dear ones */
     ESTIMATE_PIXELS_MIN = 512, /* fewer say little about an error that lies in few places */
     MODEL_PIXELS_FIRST = 32,   /* drawn in any case, to learn what one costs */
@@ -32,7 +32,7 @@ static const double MODEL_TOLERANCE = 1e-4;
 /* A reference is made ready at some 1.3 to 2 us a prism (measured: 4,096 to 27,648 of them). */
 static const double WORLD_MS_PER_PRISM = 2e-3;
 
-/* A model error may cost a fourteenth of what the picture took, or this, which makes some ten
+/* A model error may cost a twentieth of what the picture took, or this, which makes some ten
  * pixels of most scenes. */
 static const double MODEL_MS_MIN = 6;
 
@@ -263,7 +263,7 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     struct model_error model;
     double spent = clock_now_ms() - began;
     status = estimate_model(measure, probe->pixels, met_pixels,
-                            fmax(MODEL_MS_MIN, 0.07 * (measure->spent_ms + spent)) *
+                            fmax(MODEL_MS_MIN, 0.05 * (measure->spent_ms + spent)) *
                                 (measure->promises ? PROMISE : 1),
                             &model, err);
     if (status != STATUS_OK)
@@ -278,7 +278,7 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     if (model.pixels == 0 && squares.count)
         report_warn(report, "model-error-unknown", "/report/error", 1, 0,
                     "the model error is left out: making the reference ready for this many "
-                    "triangles would take longer than a fourteenth of the picture's time");
+                    "triangles would take longer than a twentieth of the picture's time");
     if (squares.count == 0)
         out->rmse = out->rmse_standard_error = out->model = out->model_standard_error = 0;
     out->whole_rmse = out->rmse * sqrt((double)touched / ((double)image->width * image->height));

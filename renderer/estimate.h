@@ -11,7 +11,7 @@
  * where the picture changes from pixel to pixel, and weighed accordingly.
  *
  * Model: the pair's limit, extrapolated, against the rational ray (renderer/reference, at a
- * tolerance of 1e-4) in as many of those pixels as a fourteenth of the picture's time allows. */
+ * tolerance of 1e-4) in as many of those pixels as a twentieth of the picture's time allows. */
 #ifndef PELT_RENDERER_ESTIMATE_H
 #define PELT_RENDERER_ESTIMATE_H
 
