@@ -283,10 +283,9 @@ static enum status find_pace(struct trials *trials, double every, struct pace *p
     *pace = (struct pace){.low = low, .eligible = 1};
     /* The first trial of a process pays for compiling. */
     enum status status = try_factor(trials, low, err);
-    bool dear = trials->trial_ms > most_ms;
-    if (status == STATUS_OK && (!dear || trials->report->target.trials == 1))
+    if (status == STATUS_OK)
         status = time_of(trials, low, most_ms, &low_ms, err);
-    dear = low_ms > most_ms;
+    bool dear = low_ms > most_ms;
     if (status == STATUS_OK && !dear)
         status = time_of(trials, high, most_ms, &high_ms, err);
     if (status != STATUS_OK)

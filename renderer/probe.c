@@ -148,19 +148,6 @@ enum status probe_choose(struct probe *probe, int width, int height, int k, int 
     return take_blocks(probe, &grid, corner, chance, count, err);
 }
 
-enum status probe_choose_pixels(struct probe *probe, int width, int height, int k,
-                                const uint32_t *pixels, size_t count, struct error *err) {
-    struct grid grid = grid_of(width, height, k, 1, NULL);
-    uint32_t(*corner)[2] = malloc((count + 1) * sizeof *corner);
-    double *chance = malloc((count + 1) * sizeof *chance);
-    for (size_t i = 0; i < count && corner && chance; i++) {
-        corner[i][0] = pixels[i] % (uint32_t)width;
-        corner[i][1] = (uint32_t)height - 1 - pixels[i] / (uint32_t)width;
-        chance[i] = 1;
-    }
-    return take_blocks(probe, &grid, corner, chance, (uint32_t)count, err);
-}
-
 /* Cells that are drawn one by one reach every pixel: they need the mask. */
 static bool needs_mask(const struct drawing *drawing) {
     const struct picture *picture = drawing->picture;

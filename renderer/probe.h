@@ -29,10 +29,6 @@ enum status probe_choose(struct probe *probe, int width, int height, int k, int 
                          const uint8_t *met, const float *interest, double every,
                          struct error *err);
 
-/* These pixels (y * width + x, the top row first), each a block. Statuses as above. */
-enum status probe_choose_pixels(struct probe *probe, int width, int height, int k,
-                                const uint32_t *pixels, size_t count, struct error *err);
-
 /* Blocks that probe_choose() would choose from: for choosing `every`. */
 size_t probe_eligible(int width, int height, int k, int side, const uint8_t *met);
 
