@@ -57,6 +57,7 @@ static bool other_builtin(const struct look *look) {
     case SCENE_BUILTIN_HOMOGENEOUS:
     case SCENE_BUILTIN_FUR:
     case SCENE_BUILTIN_CLOUDS:
+    case SCENE_BUILTIN_FOG:
     case SCENE_BUILTIN_CHAIN:
         return false;
     default:

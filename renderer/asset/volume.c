@@ -2,8 +2,7 @@
  * least recently used ones when they outgrow their budget.
  *
  * Two materials that differ only in how they are lit share their voxels. What makes the voxels is
- * in volume_fur.c, volume_clouds.c, volume_chain.c and volume_height.c. Not thread-safe: one cache
- * belongs to one thread. */
+ * in volume_builtin.c and volume_height.c. Not thread-safe: one cache belongs to one thread. */
 #include "renderer/asset/volume.h"
 
 #include <gnutls/crypto.h>
@@ -119,11 +118,9 @@ static enum status check_spec(const struct scene_material *spec, const char *poi
                               struct error *err) {
     switch (spec->kind) {
     case SCENE_MATERIAL_BUILTIN:
-        if (spec->builtin != SCENE_BUILTIN_HOMOGENEOUS && spec->builtin != SCENE_BUILTIN_FUR &&
-            spec->builtin != SCENE_BUILTIN_CLOUDS && spec->builtin != SCENE_BUILTIN_CHAIN)
+        if (spec->builtin != SCENE_BUILTIN_HOMOGENEOUS && !volume_builtin_exists(spec->builtin))
             return member_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "builtin",
-                                "this built-in material cannot be made yet; homogeneous, fur, "
-                                "clouds and chain can");
+                                "this built-in material cannot be made yet");
         break;
     case SCENE_MATERIAL_HEIGHT:
         if (!spec->height)
@@ -236,12 +233,8 @@ static enum status make_voxels(const struct scene_material *spec, const struct i
         volume->homogeneous = true;
         volume->extinction = spec->extinction;
         memcpy(volume->radiance, spec->color, sizeof volume->radiance);
-    } else if (spec->builtin == SCENE_BUILTIN_FUR) {
-        status = volume_make_fur(spec, volume);
-    } else if (spec->builtin == SCENE_BUILTIN_CLOUDS) {
-        status = volume_make_clouds(spec, volume);
     } else {
-        status = volume_make_chain(spec, volume);
+        status = volume_make_builtin(spec, volume);
     }
     if (status != STATUS_OK)
         return error_fault(err, status, pointer, "no memory for %d x %d x %d voxels",

@@ -26,7 +26,12 @@ float volume_medium_max(const float *medium, const int size[3]);
 /* Each: STATUS_OK or STATUS_OUT_OF_MEMORY. Same spec, same bytes. Thread: any. */
 enum status volume_make_fur(const struct scene_material *spec, struct volume *volume);
 enum status volume_make_clouds(const struct scene_material *spec, struct volume *volume);
+enum status volume_make_fog(const struct scene_material *spec, struct volume *volume);
 enum status volume_make_chain(const struct scene_material *spec, struct volume *volume);
+
+/* Whether one of them makes this material, and that one for spec->builtin, which must be there. */
+bool volume_builtin_exists(enum scene_builtin builtin);
+enum status volume_make_builtin(const struct scene_material *spec, struct volume *volume);
 
 /* A height field, with colours if `color` is not NULL. Where volume->size is 0 it is taken from the
  * height image: up to 512 x 512, and 32 deep. `pointer`: of the material. STATUS_BAD_ASSET,

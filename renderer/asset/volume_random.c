@@ -53,6 +53,52 @@ float random_noise(uint32_t seed, float x, float y, float z, int period_x, int p
     return mix(near, far, tz);
 }
 
+/* Of one lattice plane above (x, y): the noise of its gradients alone is constant + slope * height.
+ */
+struct plane {
+    float constant, slope;
+};
+
+static struct plane plane_at(uint32_t seed, const uint32_t xs[2], const uint32_t ys[2], int z,
+                             float fx, float fy, float tx, float ty) {
+    uint32_t hz = random_hash2(seed, (uint32_t)z);
+    float constant[2][2], slope[2][2];
+    for (int j = 0; j < 2; j++) {
+        uint32_t hy = random_hash(hz + ys[j] * 0x9e3779b1u);
+        for (int i = 0; i < 2; i++) {
+            uint32_t hash = random_hash(hy + xs[i] * 0x85ebca77u);
+            constant[j][i] = gradient_dot(hash, fx - (float)i, fy - (float)j, 0.0f);
+            slope[j][i] = gradient_dot(hash, 0.0f, 0.0f, 1.0f);
+        }
+    }
+    return (struct plane){
+        mix(mix(constant[0][0], constant[0][1], tx), mix(constant[1][0], constant[1][1], tx), ty),
+        mix(mix(slope[0][0], slope[0][1], tx), mix(slope[1][0], slope[1][1], tx), ty)};
+}
+
+void random_noise_line(uint32_t seed, float x, float y, float z, float dz, int period_x,
+                       int period_y, float amplitude, int count, float *sums) {
+    int ix = floor_int(x), iy = floor_int(y), iz = floor_int(z);
+    float fx = x - (float)ix, fy = y - (float)iy;
+    uint32_t xs[2] = {(uint32_t)wrap(ix, period_x), (uint32_t)wrap(ix + 1, period_x)};
+    uint32_t ys[2] = {(uint32_t)wrap(iy, period_y), (uint32_t)wrap(iy + 1, period_y)};
+    float tx = fade(fx), ty = fade(fy);
+    struct plane near = plane_at(seed, xs, ys, iz, fx, fy, tx, ty);
+    struct plane far = plane_at(seed, xs, ys, iz + 1, fx, fy, tx, ty);
+    for (int i = 0; i < count; i++) {
+        float at = z + (float)i * dz;
+        int cell = floor_int(at);
+        if (cell != iz) {
+            near = cell == iz + 1 ? far : plane_at(seed, xs, ys, cell, fx, fy, tx, ty);
+            far = plane_at(seed, xs, ys, cell + 1, fx, fy, tx, ty);
+            iz = cell;
+        }
+        float fz = at - (float)cell;
+        sums[i] += amplitude * mix(near.constant + near.slope * fz,
+                                   far.constant + far.slope * (fz - 1.0f), fade(fz));
+    }
+}
+
 bool random_cells_make(struct random_cells *cells, uint32_t seed, int nx, int ny, int nz) {
     *cells = (struct random_cells){{nx, ny, nz}, NULL};
     cells->points =

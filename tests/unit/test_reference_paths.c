@@ -67,6 +67,7 @@ static void test_meets_on_a_plane(void **state) {
         {base, "'builtin': 'clouds', 'size': [32, 32, 16], 'specular': 0.5", "", 1e-4},
         {base, "'builtin': 'clouds', 'size': [32, 32, 16], 'specular': 0.5", turned, 1e-4},
         {base, "'builtin': 'fur', 'size': [32, 32, 16]", "", 3e-5},
+        {base, "'builtin': 'fog', 'size': [32, 32, 16]", "", 3e-5},
         {base, "'builtin': 'chain', 'size': [32, 32, 16]", "", 1e-4},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {

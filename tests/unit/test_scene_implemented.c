@@ -55,6 +55,7 @@ static void what_is_drawn(void **state) {
         ONE("{" FUR ", \"quality\": {\"slices\": 2}}"),
         ONE("{" TORUS("{\"builtin\": \"homogeneous\"}") "}"),
         ONE("{" TORUS("{\"builtin\": \"clouds\"}") "}"),
+        ONE("{" TORUS("{\"builtin\": \"fog\"}") "}"),
         ONE("{" TORUS("{\"builtin\": \"chain\"}") "}"),
         ONE("{" TORUS("{\"height\": \"h.png\"}") "}"),
         ONE("{\"mesh\": {\"asset\": \"a.glb\"}}"),

@@ -73,8 +73,9 @@ static long torture(const struct scene_material *spec, const struct asset_source
 static void built_in_materials_survive(void **state) {
     (void)state;
     static const enum scene_builtin kinds[] = {SCENE_BUILTIN_HOMOGENEOUS, SCENE_BUILTIN_FUR,
-                                               SCENE_BUILTIN_CLOUDS, SCENE_BUILTIN_CHAIN};
-    for (int i = 0; i < 4; i++) {
+                                               SCENE_BUILTIN_CLOUDS, SCENE_BUILTIN_FOG,
+                                               SCENE_BUILTIN_CHAIN};
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         struct scene_material spec = {
             .kind = SCENE_MATERIAL_BUILTIN, .builtin = kinds[i], .size = {6, 6, 4}, .lit = true};
         assert_true(torture(&spec, NULL, 0) >= 3); /* the interposed allocator is in use */
