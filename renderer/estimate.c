@@ -11,19 +11,23 @@
 #include "renderer/reference/reference.h"
 
 enum {
-    ESTIMATE_EVERY = 48, /* of how many blocks one is drawn again, at four times the cost, or six:
-                            blocks of interest are dear ones */
-    ESTIMATE_PIXELS_MIN = 512, /* fewer say little about an error that lies in few places */
-    MODEL_PIXELS_FIRST = 32,   /* drawn in any case, to learn what one costs */
+    /* Of how many blocks one is drawn again, at four times the cost, or six: blocks of interest are
+     * dear ones. An eighth of the picture's time. */
+    ESTIMATE_EVERY = 48,
+    FINE_PIXELS_MIN = 512, /* fewer are drawn three times as finely only, and more of them */
+    MODEL_PIXELS_MIN = 8,  /* fewer tell nothing of the others */
     MODEL_PIXELS_MAX = 2048,
-    PROMISE = 4 /* times as much of both where measure.promises */
+    PROMISE = 4,             /* times as much of both where measure.promises */
+    PROMISE_PIXELS_MIN = 128 /* of the model, whatever they take */
 };
 
-/* How much finer the pair's other half is. */
-static const double ESTIMATE_FACTOR = 4;
+/* How much finer the pair's other half is: of all pixels, of some, of few. (Twice is too near where
+ * the steps are too long for an order to show: errors of both halves are then independent, and the
+ * estimate half as much again as the truth.) */
+static const double FACTOR_ALL = 2, FACTOR = 4, FACTOR_FEW = 3;
 
-/* 4^-1.7: estimate.h. */
-static const double RESIDUE = 0.0947;
+/* The order of convergence that is taken for granted: estimate.h. */
+static const double ORDER = 1.7;
 
 /* Of the model's reference: the error of pixels is about a tenth of it, of what is estimated here
  * less than a hundredth. */
@@ -32,9 +36,12 @@ static const double MODEL_TOLERANCE = 1e-4;
 /* A reference is made ready at some 1.3 to 2 us a prism (measured: 4,096 to 27,648 of them). */
 static const double WORLD_MS_PER_PRISM = 2e-3;
 
-/* A model error may cost a twentieth of what the picture took, or this, which makes some ten
- * pixels of most scenes. */
-static const double MODEL_MS_MIN = 6;
+/* Of the picture's time an estimate may take this, the pair and the model's pixels together; clocks
+ * and other work on the machine make it a third at times. */
+static const double ESTIMATE_SHARE = 0.25;
+
+/* For a promise the model error is looked at as long as the scene is not too large for that. */
+static const double PROMISE_MODEL_MS_MIN = 24;
 
 /* Adds the errors of the probe's pixels pick[from] to pick[to - 1]. */
 static enum status add_model(const struct measure *measure, const struct reference *reference,
@@ -100,18 +107,21 @@ enum status estimate_model(const struct measure *measure, float (*limit)[4],
     for (size_t i = 0; i < picture->object_count; i++)
         prisms += picture->objects[i].mesh->triangle_count;
     double began = clock_now_ms();
-    if (prisms * WORLD_MS_PER_PRISM > budget_ms)
+    if (prisms * WORLD_MS_PER_PRISM >= budget_ms)
         return STATUS_OK;
-    /* One pixel a block: its neighbours would tell the same. */
+    /* One pixel a block, since its neighbours would tell much the same; a promise, which breaks by
+     * single pixels, looks at some of those too. */
     size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side, count = 0;
-    uint32_t *pick = malloc((probe->count / area + 1) * sizeof *pick);
+    size_t each = measure->promises && area >= PROMISE ? PROMISE : 1;
+    uint32_t *pick = malloc((probe->count + 1) * sizeof *pick);
     if (!pick)
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for pixels");
-    for (size_t block = 0; block < probe->count / area; block++) {
-        uint32_t n = (uint32_t)(block * area + block % area);
-        if (met_pixels[probe->index[n]])
-            pick[count++] = n;
-    }
+    for (size_t k = 0; k < each; k++)
+        for (size_t block = 0; block < probe->count / area; block++) {
+            uint32_t n = (uint32_t)(block * area + (block + k * area / each) % area);
+            if (met_pixels[probe->index[n]])
+                pick[count++] = n;
+        }
     struct reference *reference = NULL;
     struct squares squares = {0};
     enum status status = STATUS_OK;
@@ -119,17 +129,27 @@ enum status estimate_model(const struct measure *measure, float (*limit)[4],
         status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for pixels");
     if (status == STATUS_OK)
         status = measure_open_reference(measure, &reference, err);
-    size_t first = count < MODEL_PIXELS_FIRST ? count : MODEL_PIXELS_FIRST;
-    double ready = clock_now_ms();
-    if (status == STATUS_OK)
-        status = add_model(measure, reference, limit, pick, 0, first, &squares, err);
-    double now = clock_now_ms();
-    double each_ms = first ? (now - ready) / (double)first : 0;
-    double left = each_ms > 0 ? (budget_ms - (now - began)) / each_ms : 0;
-    size_t more = left < 1 ? first : first + (size_t)fmin(left, MODEL_PIXELS_MAX);
-    if (status == STATUS_OK && more > first && count > first)
-        status = add_model(measure, reference, limit, pick, first, more < count ? more : count,
-                           &squares, err);
+    /* As many as fit, twice as many each time, since the first tell what the next will take. */
+    size_t done = 0, next = (size_t)measure->threads;
+    size_t least = measure->promises ? PROMISE_PIXELS_MIN : MODEL_PIXELS_MIN;
+    double ready = clock_now_ms(), now = ready;
+    count = count < MODEL_PIXELS_MAX ? count : MODEL_PIXELS_MAX;
+    while (status == STATUS_OK && done < count) {
+        double left_ms = fmax(0, budget_ms - (now - began)), each_ms = (now - ready) / (double)done;
+        size_t fit = done ? (size_t)fmin(left_ms / each_ms, MODEL_PIXELS_MAX) : next;
+        if (done + fit < least && measure->promises)
+            fit = least - done;
+        if (fit == 0 || (done && done + fit < least))
+            break;
+        next = next < fit ? next : fit;
+        size_t to = done + next < count ? done + next : count;
+        status = add_model(measure, reference, limit, pick, done, to, &squares, err);
+        next *= 2;
+        done = to;
+        now = clock_now_ms();
+    }
+    if (done < count && done < least)
+        squares = (struct squares){0};
     model->pixels = squares.count;
     if (squares.count) {
         model->rmse = squares_rmse(&squares);
@@ -142,18 +162,19 @@ enum status estimate_model(const struct measure *measure, float (*limit)[4],
 
 /* The pair: the error of the picture's steps in the probe's pixels, and their limit, which takes
  * the place of probe->pixels. Returns the 99th percentile; `errors` has room for all of them. */
-static double embedded_pair(const struct measure *measure, const uint8_t *met_pixels,
+static double embedded_pair(const struct measure *measure, const uint8_t *met_pixels, double factor,
                             struct squares *squares, struct weighted *errors) {
     struct probe *probe = measure->probe;
     size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side;
     bool exact = measure_is_exact(measure->drawing->picture);
+    double residue = pow(factor, -ORDER);
     for (size_t n = 0; n < probe->count; n++) {
         const float *drawn = measure->pixels + 4 * (size_t)probe->index[n];
         float *limit = probe->pixels[n];
         double difference[4], weight = 1 / probe->chance[n / area];
         for (int i = 0; i < 4; i++) {
             double fine = exact ? drawn[i] : limit[i];
-            difference[i] = ((double)drawn[i] - fine) / (1 - RESIDUE);
+            difference[i] = ((double)drawn[i] - fine) / (1 - residue);
             limit[i] = (float)(drawn[i] - difference[i]);
         }
         if (met_pixels[probe->index[n]] && measure_finite(limit)) {
@@ -200,6 +221,18 @@ static float *find_interest(const struct measure *measure, const uint8_t *met_pi
     return interest;
 }
 
+/* A solid's edge is in a pixel or it is not: a ray that grazes it between two steps makes an error
+ * of a whole pixel in one of thousands, which no sample of them is likely to see. A promise
+ * therefore looks at all of them. (How many are missed falls with the square root of the step only:
+ * two pictures a factor of two apart differ in 0.29 of them, which the order taken for granted
+ * makes 0.78 of the true error.) */
+static bool any_solid(const struct picture *picture) {
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (picture->objects[i].shell && volume_has_solid(picture->objects[i].volume))
+            return true;
+    return false;
+}
+
 /* Pixels that objects touch: those where a shell is met, and where the picture is drawn on. Where
  * there are no shells, the latter take the place of the former. */
 static size_t count_touched(const struct measure *measure, uint8_t *met_pixels, size_t *met) {
@@ -237,22 +270,28 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     size_t met, touched = count_touched(measure, met_pixels, &met);
     double eligible =
         (double)probe_eligible(image->width, image->height, k, side, measure->met) * side * side;
-    double times = measure->promises ? PROMISE : 1;
-    double every = fmax(1, fmin(ESTIMATE_EVERY / times, eligible / (times * ESTIMATE_PIXELS_MIN)));
+    double factor = FACTOR, every = ESTIMATE_EVERY / (measure->promises ? PROMISE : 1);
+    if (measure->promises && any_solid(measure->drawing->picture)) {
+        factor = FACTOR_ALL;
+        every = 1;
+    } else if (eligible < every * FINE_PIXELS_MIN) {
+        factor = FACTOR_FEW;
+        every = fmax(1, every * FACTOR_FEW / FACTOR);
+    }
     interest = find_interest(measure, met_pixels);
     status = interest
                  ? probe_choose(probe, image->width, image->height, k, side, measure->met, interest,
                                 every, err)
                  : error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to measure a picture");
     if (status == STATUS_OK && !measure_is_exact(measure->drawing->picture))
-        status = measure_draw_again(measure, ESTIMATE_FACTOR, err);
+        status = measure_draw_again(measure, factor, err);
     errors = status == STATUS_OK ? malloc((probe->count + 1) * sizeof *errors) : NULL;
     if (status == STATUS_OK && !errors)
         status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to measure a picture");
     if (status != STATUS_OK)
         goto done;
     struct squares squares = {0};
-    out->p99 = embedded_pair(measure, met_pixels, &squares, errors);
+    out->p99 = embedded_pair(measure, met_pixels, factor, &squares, errors);
     /* Over all touched pixels: where no shell is met there is no error. */
     double share = touched ? sqrt((double)met / (double)touched) : 0;
     out->pixels = probe->count;
@@ -261,11 +300,11 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     out->discretisation_standard_error = squares_standard_error(&squares) * share;
     out->max_abs = squares.largest;
     struct model_error model;
-    double spent = clock_now_ms() - began;
+    double budget_ms = ESTIMATE_SHARE * measure->spent_ms;
+    if (measure->promises)
+        budget_ms = fmax(PROMISE_MODEL_MS_MIN, PROMISE * budget_ms);
     status = estimate_model(measure, probe->pixels, met_pixels,
-                            fmax(MODEL_MS_MIN, 0.05 * (measure->spent_ms + spent)) *
-                                (measure->promises ? PROMISE : 1),
-                            &model, err);
+                            budget_ms - (clock_now_ms() - began), &model, err);
     if (status != STATUS_OK)
         goto done;
     out->model = model.rmse * share;
@@ -277,8 +316,8 @@ enum status estimate_error(const struct measure *measure, struct report *report,
                                fmax(out->rmse, 1e-300);
     if (model.pixels == 0 && squares.count)
         report_warn(report, "model-error-unknown", "/report/error", 1, 0,
-                    "the model error is left out: making the reference ready for this many "
-                    "triangles would take longer than a twentieth of the picture's time");
+                    "the model error is left out: the reference of a few pixels would take longer "
+                    "than the share of the picture's time that an estimate may take");
     if (squares.count == 0)
         out->rmse = out->rmse_standard_error = out->model = out->model_standard_error = 0;
     out->whole_rmse = out->rmse * sqrt((double)touched / ((double)image->width * image->height));

@@ -123,16 +123,21 @@ class Renderer:
                             self.file("truth", i, "exr")], check=True, stderr=subprocess.DEVNULL)
             tell(i + 1, len(scenes))
 
-    def compared(self, what, truth, count):
-        """RMSE of the pictures `what` against the pictures `truth`."""
-        pairs = "".join(f"{self.file(what, i, 'exr')} {self.file(truth, i, 'exr')}\n"
-                        for i in range(count))
+    def compared(self, what, truth, scenes):
+        """RMSE of the pictures `what` against the pictures `truth`, where objects touch them."""
+        pairs = ""
+        for i, made in enumerate(scenes):
+            background = " ".join(map(repr, made["image"].get("background", [0, 0, 0, 0])))
+            pairs += f"{self.file(what, i, 'exr')} {self.file(truth, i, 'exr')} {background}\n"
         tool = os.path.join(self.build, "tests", "tools", "compare_exr")
         libraries = dict(os.environ, PELT_LIBDIR=os.path.join(self.build, "lib", "pelt"))
         run = subprocess.run([tool], input=pairs, capture_output=True, text=True, env=libraries)
         if run.returncode != 0:
             sys.exit(f"corpus: {run.stderr}")
-        return [json.loads(line)["touched"] for line in run.stdout.splitlines()]
+        found = [json.loads(line)["touched"] for line in run.stdout.splitlines()]
+        if len(found) != len(scenes):
+            sys.exit(f"corpus: {len(found)} of {len(scenes)} pictures compared")
+        return found
 
     def reports(self, what, scenes, form="exr"):
         """The reports of the scenes, in order; the pictures are what-N.exr."""
@@ -195,9 +200,9 @@ def judge(seed, count, renderer):
         at["deadline"] = 1.5 * a + 10 + at["place"] * max(b - a, 0)
     deadlines = drawn("deadline", lambda made, at: dict(
         made, target={"deadline_ms": at["deadline"]}), "png")
-    steps = renderer.compared("estimate", "limit", count)
-    model = renderer.compared("limit", "truth", count)
-    reached = renderer.compared("max_error", "truth", count)
+    steps = renderer.compared("estimate", "limit", scenes)
+    model = renderer.compared("limit", "truth", scenes)
+    reached = renderer.compared("max_error", "truth", scenes)
 
     rows = []
     for i in range(count):

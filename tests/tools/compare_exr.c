@@ -1,7 +1,7 @@
-/* Compares pictures: reads lines of two EXR files each, and writes for each line what
- * renderer/error says of them, as JSON: {"touched": ..., "whole": ..., "pixels": ...}. The second
- * picture is the truth; pixels are touched where either is drawn on, over an empty background or
- * the one given as four numbers. For tests/stability/corpus.py, whose Python reads no EXR. */
+/* Compares pictures: reads lines of two EXR files and their background each, four numbers, straight
+ * linear RGBA, and writes for each line what renderer/error says of them, as JSON:
+ * {"touched": ..., "whole": ..., "pixels": ...}. The second picture is the truth; pixels are touched
+ * where either is drawn on. For tests/stability/corpus.py, whose Python reads no EXR. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,18 +29,17 @@ static float *read_exr(const struct image_module *oiio, const char *path, int si
     return image.data;
 }
 
-int main(int argc, char **argv) {
+int main(void) {
     struct error err = {0};
     const struct image_module *oiio = module_open(MODULE_IMAGE_OIIO, &err);
-    double background[4] = {0, 0, 0, 0};
+    double background[4];
     char a_path[2048], b_path[2048];
     if (!oiio) {
         fprintf(stderr, "%s\n", err.fault_count ? err.faults[0].message : "no OpenImageIO");
         return 1;
     }
-    for (int i = 0; argc == 5 && i < 4; i++)
-        background[i] = strtod(argv[1 + i], NULL);
-    while (scanf("%2047s %2047s", a_path, b_path) == 2) {
+    while (scanf("%2047s %2047s %lf %lf %lf %lf", a_path, b_path, &background[0], &background[1],
+                 &background[2], &background[3]) == 6) {
         int a_size[2], b_size[2];
         float *a = read_exr(oiio, a_path, a_size), *b = read_exr(oiio, b_path, b_size);
         struct error_metrics metrics;

@@ -61,20 +61,20 @@ static void test_estimate_of_discretisation(void **state) {
         const char *before, *after;
         int width, height, samples;
     } rows[] = {
-        {SHELL(PLANE, CLOUDS) "'order': 'walk', 'samples': ", "}}", 64, 48, 1},
-        {SHELL(PLANE, CLOUDS) "'order': 'sorted', 'samples': ", "}}", 64, 48, 1},
-        {SHELL(PLANE, BASE CLOUDS) "'order': 'walk', 'samples': ", "}}", 63, 47, 4},
-        {SHELL(PLANE, BASE CLOUDS) "'order': 'sorted', 'samples': ", "}}", 61, 53, 4},
-        {SHELL(SPHERE, CHAIN) "'order': 'walk', 'samples': ", "}}", 96, 70, 4},
-        {SHELL(SPHERE, CHAIN) "'order': 'sorted', 'samples': ", "}}", 96, 70, 1},
-        {SHELL(SPHERE, BASE CLOUDS) "'samples': ", "}}", 41, 33, 9},
-        {SHELL(SPHERE, BASE CLOUDS) "'samples': ", "}}", 25, 31, 16},
-        {SHELL(SPHERE, CLOUDS) "'samples': ", "}}, {'mesh': {'shape': 'sphere'}}", 27, 33, 25},
+        {SHELL(PLANE, CLOUDS) "'order': 'walk', 'samples': ", "}}", 192, 144, 1},
+        {SHELL(PLANE, CLOUDS) "'order': 'sorted', 'samples': ", "}}", 192, 144, 1},
+        {SHELL(PLANE, BASE CLOUDS) "'order': 'walk', 'samples': ", "}}", 163, 147, 4},
+        {SHELL(PLANE, BASE CLOUDS) "'order': 'sorted', 'samples': ", "}}", 161, 133, 4},
+        {SHELL(SPHERE, CHAIN) "'order': 'walk', 'samples': ", "}}", 192, 140, 4},
+        {SHELL(SPHERE, CHAIN) "'order': 'sorted', 'samples': ", "}}", 192, 140, 1},
+        {SHELL(SPHERE, BASE CLOUDS) "'samples': ", "}}", 131, 113, 9},
+        {SHELL(SPHERE, BASE CLOUDS) "'samples': ", "}}", 111, 113, 16},
+        {SHELL(SPHERE, CLOUDS) "'samples': ", "}}, {'mesh': {'shape': 'sphere'}}", 107, 113, 25},
         /* 24 planes, and 264. */
-        {SHELL(PLANE, CLOUDS) "'slices': 2", "}}", 64, 48, 1},
-        {SHELL(SPHERE, BASE CLOUDS) "'slices': 2", "}}", 41, 33, 9},
-        {SHELL(SPHERE, CHAIN) "'slices': 2", "}}", 96, 70, 1},
-        {SHELL(SPHERE, BASE CLOUDS) "'method': 'hybrid', 'slices': 2", "}}", 61, 53, 4},
+        {SHELL(PLANE, CLOUDS) "'slices': 2", "}}", 192, 144, 1},
+        {SHELL(SPHERE, BASE CLOUDS) "'slices': 2", "}}", 131, 113, 9},
+        {SHELL(SPHERE, CHAIN) "'slices': 2", "}}", 192, 140, 1},
+        {SHELL(SPHERE, BASE CLOUDS) "'method': 'hybrid', 'slices': 2", "}}", 161, 133, 4},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         char objects[1024];
@@ -111,11 +111,11 @@ static void test_estimate_changes_nothing(void **state) {
     assert_int_equal(plain.report.error.kind, REPORT_ERROR_NONE);
     render_result_finish(&plain);
     render_result_finish(&measured);
-    draw(&measured, 50, 40, 4, ", 'report': {'error': 'estimate'}",
+    draw(&measured, 50, 40, 4, ", 'target': {'max_error': 0.5}",
          SHELL(PLANE, "'material': {'builtin': 'homogeneous'}") "}}");
     assert_true(measured.report.error.discretisation == 0);
     assert_true(measured.report.error.rmse < 1e-6); /* measured 4e-8 */
-    assert_true(measured.report.error.model_pixels > 0);
+    assert_true(measured.report.error.model_pixels >= 8);
     render_result_finish(&measured);
 }
 
@@ -318,10 +318,10 @@ static void test_deadline(void **state) {
 static void test_nothing_to_measure(void **state) {
     (void)state;
     struct render_result result;
-    draw(&result, 48, 48, 1, ", 'report': {'error': 'estimate'}",
+    draw(&result, 48, 48, 1, ", 'target': {'max_error': 0.5}",
          "{'mesh': {'shape': 'sphere'}, 'color': [0.4, 0.5, 0.6]}");
-    assert_true(result.report.error.discretisation == 0);
-    assert_true(result.report.error.model_pixels > 0 && result.report.error.rmse < 1e-2);
+    assert_true(result.report.error.discretisation == 0 && result.report.target.met);
+    assert_true(result.report.error.model_pixels >= 8 && result.report.error.rmse < 1e-2);
     render_result_finish(&result);
     static const char *const kinds[] = {
         "'report': {'error': 'estimate'}", "'report': {'error': 'reference'}",
