@@ -1,7 +1,7 @@
 /* Compares pictures: reads lines of two EXR files and their background each, four numbers, straight
  * linear RGBA, and writes for each line what renderer/error says of them, as JSON:
- * {"touched": ..., "whole": ..., "pixels": ...}. The second picture is the truth; pixels are touched
- * where either is drawn on. For tests/stability/corpus.py, whose Python reads no EXR. */
+ * {"touched": ..., "whole": ..., "pixels": ...}. The second picture is the truth; pixels are
+ * touched where either is drawn on. For tests/stability/corpus.py, whose Python reads no EXR. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
