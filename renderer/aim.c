@@ -209,7 +209,7 @@ static enum status choose_for_error(struct trials *trials, double asked, struct 
         return status;
     /* What no quality can mend. */
     struct model_error model;
-    status = estimate_model(aim->measure, trials->fine, trials->met_pixels,
+    status = estimate_model(aim->measure, trials->fine, trials->met_pixels, NULL,
                             fmax(MODEL_MS_MIN, 8 * trials->trial_ms), &model, err);
     if (status != STATUS_OK)
         return status;

@@ -7,7 +7,7 @@
 #ifndef PELT_RENDERER_AIM_H
 #define PELT_RENDERER_AIM_H
 
-#include "renderer/estimate.h"
+#include "renderer/estimate_model.h"
 
 struct aim {
     const struct measure *measure; /* its `pixels` are not read */

@@ -7,18 +7,16 @@
 
 #include "renderer/error/metrics.h"
 #include "renderer/error/squares.h"
+#include "renderer/estimate_model.h"
 #include "renderer/gl/clock.h"
-#include "renderer/reference/reference.h"
 
 enum {
     /* Of how many blocks one is drawn again, at four times the cost, or six: blocks of interest are
      * dear ones. An eighth of the picture's time. */
     ESTIMATE_EVERY = 48,
-    FINE_PIXELS_MIN = 512, /* fewer are drawn three times as finely only, and more of them */
-    MODEL_PIXELS_MIN = 8,  /* fewer tell nothing of the others */
-    MODEL_PIXELS_MAX = 2048,
-    PROMISE = 4,             /* times as much of both where measure.promises */
-    PROMISE_PIXELS_MIN = 128 /* of the model, whatever they take */
+    FINE_PIXELS_MIN = 512, /* fewer are drawn three times as finely only, and twice as many: a sixth
+                              of the time */
+    PROMISE = 4            /* times as much of both where measure.promises */
 };
 
 /* How much finer the pair's other half is: of all pixels, of some, of few. (Twice is too near where
@@ -29,136 +27,12 @@ static const double FACTOR_ALL = 2, FACTOR = 4, FACTOR_FEW = 3;
 /* The order of convergence that is taken for granted: estimate.h. */
 static const double ORDER = 1.7;
 
-/* Of the model's reference: the error of pixels is about a tenth of it, of what is estimated here
- * less than a hundredth. */
-static const double MODEL_TOLERANCE = 1e-4;
-
-/* A reference is made ready at some 1.3 to 2 us a prism (measured: 4,096 to 27,648 of them). */
-static const double WORLD_MS_PER_PRISM = 2e-3;
-
 /* Of the picture's time an estimate may take this, the pair and the model's pixels together; clocks
  * and other work on the machine make it a third at times. */
 static const double ESTIMATE_SHARE = 0.25;
 
 /* For a promise the model error is looked at as long as the scene is not too large for that. */
 static const double PROMISE_MODEL_MS_MIN = 24;
-
-/* Adds the errors of the probe's pixels pick[from] to pick[to - 1]. */
-static enum status add_model(const struct measure *measure, const struct reference *reference,
-                             float (*limit)[4], const uint32_t *pick, size_t from, size_t to,
-                             struct squares *squares, struct error *err) {
-    const struct probe *probe = measure->probe;
-    uint32_t *pixels = malloc((to - from + 1) * sizeof *pixels);
-    if (!pixels)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for pixels");
-    for (size_t n = from; n < to; n++)
-        pixels[n - from] = probe->index[pick[n]];
-    struct reference_request request = {.pixels = pixels,
-                                        .pixel_count = to - from,
-                                        .threads = measure->threads,
-                                        .tolerance = MODEL_TOLERANCE};
-    struct reference_result truth;
-    enum status status = reference_render(reference, &request, &truth, err);
-    free(pixels);
-    if (status != STATUS_OK)
-        return status;
-    for (size_t n = from; n < to; n++) {
-        double difference[4];
-        if (!measure_finite(limit[pick[n]]))
-            continue;
-        for (int i = 0; i < 4; i++)
-            difference[i] = (double)limit[pick[n]][i] - truth.pixels[n - from][i];
-        size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side;
-        squares_add(squares, difference, 1 / probe->chance[pick[n] / area]);
-        squares_end_block(squares);
-    }
-    reference_result_finish(&truth);
-    return STATUS_OK;
-}
-
-/* An order in which every beginning is spread over the whole: the van der Corput sequence's. */
-static size_t spread(uint32_t *pick, size_t count) {
-    uint32_t *ordered = malloc((count + 1) * sizeof *ordered);
-    if (!ordered)
-        return 0;
-    int bits = 0;
-    while ((size_t)1 << bits < count)
-        bits++;
-    size_t filled = 0;
-    for (size_t n = 0; n < (size_t)1 << bits; n++) {
-        size_t reversed = 0;
-        for (int b = 0; b < bits; b++)
-            reversed |= (n >> b & 1) << (bits - 1 - b);
-        if (reversed < count)
-            ordered[filled++] = pick[reversed];
-    }
-    memcpy(pick, ordered, count * sizeof *pick);
-    free(ordered);
-    return count;
-}
-
-enum status estimate_model(const struct measure *measure, float (*limit)[4],
-                           const uint8_t *met_pixels, double budget_ms, struct model_error *model,
-                           struct error *err) {
-    const struct probe *probe = measure->probe;
-    const struct picture *picture = measure->drawing->picture;
-    *model = (struct model_error){.rmse = NAN, .standard_error = NAN};
-    double prisms = 0;
-    for (size_t i = 0; i < picture->object_count; i++)
-        prisms += picture->objects[i].mesh->triangle_count;
-    double began = clock_now_ms();
-    if (prisms * WORLD_MS_PER_PRISM >= budget_ms)
-        return STATUS_OK;
-    /* One pixel a block, since its neighbours would tell much the same; a promise, which breaks by
-     * single pixels, looks at some of those too. */
-    size_t area = (size_t)probe->blocks.side * (size_t)probe->blocks.side, count = 0;
-    size_t each = measure->promises && area >= PROMISE ? PROMISE : 1;
-    uint32_t *pick = malloc((probe->count + 1) * sizeof *pick);
-    if (!pick)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for pixels");
-    for (size_t k = 0; k < each; k++)
-        for (size_t block = 0; block < probe->count / area; block++) {
-            uint32_t n = (uint32_t)(block * area + (block + k * area / each) % area);
-            if (met_pixels[probe->index[n]])
-                pick[count++] = n;
-        }
-    struct reference *reference = NULL;
-    struct squares squares = {0};
-    enum status status = STATUS_OK;
-    if (count && spread(pick, count) != count)
-        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for pixels");
-    if (status == STATUS_OK)
-        status = measure_open_reference(measure, &reference, err);
-    /* As many as fit, twice as many each time, since the first tell what the next will take. */
-    size_t done = 0, next = (size_t)measure->threads;
-    size_t least = measure->promises ? PROMISE_PIXELS_MIN : MODEL_PIXELS_MIN;
-    double ready = clock_now_ms(), now = ready;
-    count = count < MODEL_PIXELS_MAX ? count : MODEL_PIXELS_MAX;
-    while (status == STATUS_OK && done < count) {
-        double left_ms = fmax(0, budget_ms - (now - began)), each_ms = (now - ready) / (double)done;
-        size_t fit = done ? (size_t)fmin(left_ms / each_ms, MODEL_PIXELS_MAX) : next;
-        if (done + fit < least && measure->promises)
-            fit = least - done;
-        if (fit == 0 || (done && done + fit < least))
-            break;
-        next = next < fit ? next : fit;
-        size_t to = done + next < count ? done + next : count;
-        status = add_model(measure, reference, limit, pick, done, to, &squares, err);
-        next *= 2;
-        done = to;
-        now = clock_now_ms();
-    }
-    if (done < count && done < least)
-        squares = (struct squares){0};
-    model->pixels = squares.count;
-    if (squares.count) {
-        model->rmse = squares_rmse(&squares);
-        model->standard_error = squares_standard_error(&squares);
-    }
-    reference_destroy(reference);
-    free(pick);
-    return status;
-}
 
 /* The pair: the error of the picture's steps in the probe's pixels, and their limit, which takes
  * the place of probe->pixels. Returns the 99th percentile; `errors` has room for all of them. */
@@ -270,13 +144,14 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     size_t met, touched = count_touched(measure, met_pixels, &met);
     double eligible =
         (double)probe_eligible(image->width, image->height, k, side, measure->met) * side * side;
+    bool all = measure->promises && any_solid(measure->drawing->picture);
     double factor = FACTOR, every = ESTIMATE_EVERY / (measure->promises ? PROMISE : 1);
-    if (measure->promises && any_solid(measure->drawing->picture)) {
+    if (all) {
         factor = FACTOR_ALL;
         every = 1;
     } else if (eligible < every * FINE_PIXELS_MIN) {
         factor = FACTOR_FEW;
-        every = fmax(1, every * FACTOR_FEW / FACTOR);
+        every = fmax(1, every / 2);
     }
     interest = find_interest(measure, met_pixels);
     status = interest
@@ -303,7 +178,8 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     double budget_ms = ESTIMATE_SHARE * measure->spent_ms;
     if (measure->promises)
         budget_ms = fmax(PROMISE_MODEL_MS_MIN, PROMISE * budget_ms);
-    status = estimate_model(measure, probe->pixels, met_pixels,
+    /* Blocks that were not chosen by their interest leave that to the choice of their pixels. */
+    status = estimate_model(measure, probe->pixels, met_pixels, all ? interest : NULL,
                             budget_ms - (clock_now_ms() - began), &model, err);
     if (status != STATUS_OK)
         goto done;

@@ -24,16 +24,4 @@
  * reference_render() and probe_draw(). Blocks. */
 enum status estimate_error(const struct measure *measure, struct report *report, struct error *err);
 
-/* The model error in some of the probe's pixels, of which `limit` is the path's own limit: RMSE
- * over them, its standard error, how many. Spends about `budget_ms`; where measure->promises, on
- * 128 pixels at the least, if there are as many. NAN, of 0 pixels, where the scene is too large for
- * that. */
-struct model_error {
-    double rmse, standard_error;
-    uint64_t pixels;
-};
-enum status estimate_model(const struct measure *measure, float (*limit)[4],
-                           const uint8_t *met_pixels, double budget_ms, struct model_error *model,
-                           struct error *err);
-
 #endif

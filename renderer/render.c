@@ -19,6 +19,7 @@
 #include "renderer/aim.h"
 #include "renderer/asset/module.h"
 #include "renderer/drawing.h"
+#include "renderer/estimate.h"
 #include "renderer/force.h"
 #include "renderer/gl/clock.h"
 #include "renderer/gl/context.h"
