@@ -86,6 +86,7 @@ struct report_target {
     enum report_target_kind kind;
     double asked;   /* RMSE, or milliseconds */
     double reached; /* the estimate and twice its standard error, or the total */
+    double model;   /* max_error: the path's own error, as the trials tell it; NAN: not found */
     bool met;
     uint64_t trials;  /* draws of a few pixels */
     uint64_t redrawn; /* pictures that were thrown away and drawn again */

@@ -125,6 +125,10 @@ static void write_target(struct json_out *out, const struct report_target *targe
     json_out_number(out, target->asked);
     json_out_key(out, "reached");
     json_out_number(out, target->reached);
+    if (target->kind == REPORT_TARGET_MAX_ERROR) {
+        json_out_key(out, "model");
+        json_out_number(out, target->model);
+    }
     json_out_key(out, "met");
     json_out_boolean(out, target->met);
     json_out_key(out, "trials");

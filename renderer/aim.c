@@ -214,6 +214,7 @@ static enum status choose_for_error(struct trials *trials, double asked, struct 
     if (status != STATUS_OK)
         return status;
     double model_rmse = isnan(model.rmse) ? 0 : model.rmse, factor, error;
+    target->model = model.rmse;
     bool within_reach = model_rmse < asked;
     double left = within_reach ? sqrt(asked * asked - model_rmse * model_rmse) : 0;
     /* Where the model error is nearly all that may be, or more, finer steps than a third of it are
@@ -388,11 +389,13 @@ bool aim_again(const struct aim *aim, struct report *report) {
     struct report_target *target = &report->target;
     const struct report_error *error = &report->error;
     const struct path *path = path_of(aim->measure);
-    double model = isnan(error->model) ? 0 : error->model;
+    double model = isnan(error->model) ? target->model : error->model;
+    model = isnan(model) ? 0 : model;
     /* With what the pixels not looked at may add. */
-    target->reached = isnan(error->rmse)
-                          ? error->discretisation + 2 * error->discretisation_standard_error
-                          : error->rmse + 2 * error->rmse_standard_error;
+    target->reached =
+        isnan(error->rmse)
+            ? hypot(model, error->discretisation + 2 * error->discretisation_standard_error)
+            : error->rmse + 2 * error->rmse_standard_error;
     target->met = target->reached <= target->asked;
     struct picture *picture = aim->measure->drawing->picture;
     if (target->met || model >= target->asked || !aim_is_free(aim->measure) ||

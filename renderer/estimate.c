@@ -175,12 +175,12 @@ enum status estimate_error(const struct measure *measure, struct report *report,
     out->discretisation_standard_error = squares_standard_error(&squares) * share;
     out->max_abs = squares.largest;
     struct model_error model;
-    double budget_ms = ESTIMATE_SHARE * measure->spent_ms;
-    if (measure->promises)
-        budget_ms = fmax(PROMISE_MODEL_MS_MIN, PROMISE * budget_ms);
+    double share_ms = ESTIMATE_SHARE * measure->spent_ms;
+    double budget_ms = measure->promises ? fmax(PROMISE_MODEL_MS_MIN, PROMISE * share_ms)
+                                         : share_ms - (clock_now_ms() - began);
     /* Blocks that were not chosen by their interest leave that to the choice of their pixels. */
-    status = estimate_model(measure, probe->pixels, met_pixels, all ? interest : NULL,
-                            budget_ms - (clock_now_ms() - began), &model, err);
+    status = estimate_model(measure, probe->pixels, met_pixels, all ? interest : NULL, budget_ms,
+                            &model, err);
     if (status != STATUS_OK)
         goto done;
     out->model = model.rmse * share;

@@ -334,6 +334,7 @@ static enum status fulfil(struct renderer *renderer, const struct scene *scene,
     if (target->has_max_error || target->has_deadline_ms) {
         report->target.kind =
             target->has_max_error ? REPORT_TARGET_MAX_ERROR : REPORT_TARGET_DEADLINE_MS;
+        report->target.model = NAN;
         report->target.asked = target->has_max_error ? target->max_error : target->deadline_ms;
         snprintf(report->target.why, sizeof report->target.why,
                  "nothing to choose: no object that could be drawn better or faster leaves out its "
