@@ -93,6 +93,36 @@ struct report_target {
     char why[160];    /* what was chosen, or why nothing could be */
 };
 
+/* By which path the shells were drawn, where the scene leaves that open. */
+enum report_choice_by {
+    REPORT_CHOICE_NONE,   /* the scene says it, or there is no shell */
+    REPORT_CHOICE_ONLY,   /* one path alone could */
+    REPORT_CHOICE_MODEL,  /* what they are expected to cost */
+    REPORT_CHOICE_TRIALS, /* what they took, or reached, in trials for the target */
+    REPORT_CHOICE_PREPARE /* what only making ready could tell of the cheapest */
+};
+
+enum { REPORT_CHOICE_MAX = 4 };
+
+/* Figures are NAN where they were not found. */
+struct report_candidate {
+    char path[16];
+    bool able;                         /* it can draw the scene */
+    bool exact;                        /* it draws the same at any quality: no steps, no error */
+    double expected_ms;                /* by the cost model */
+    double outlines, fragments, steps; /* that it is made of: renderer/cost.h */
+    double measured_ms;                /* of the picture, as trials tell it */
+    double error;                      /* RMSE, as trials for max_error tell it */
+    char why[128];                     /* not able: the refusal */
+};
+
+struct report_choice {
+    enum report_choice_by by;
+    size_t count, chosen; /* index into among */
+    struct report_candidate among[REPORT_CHOICE_MAX];
+    char why[192];
+};
+
 struct report {
     double stage_ms[REPORT_STAGE_COUNT];
     double total_ms;
@@ -113,6 +143,7 @@ struct report {
     struct report_work work;
     struct report_error error;
     struct report_target target;
+    struct report_choice choice;
 
     size_t warning_count;
     uint64_t warnings_left_out;

@@ -1,4 +1,5 @@
 /* A report as JSON, after report.schema.json. */
+#include <math.h>
 #include <stdlib.h>
 
 #include "api/report_parts.h"
@@ -139,6 +140,44 @@ static void write_target(struct json_out *out, const struct report_target *targe
     json_out_close(out, '}');
 }
 
+static void write_choice(struct json_out *out, const struct report_choice *choice) {
+    static const char *const by[] = {[REPORT_CHOICE_ONLY] = "only",
+                                     [REPORT_CHOICE_MODEL] = "model",
+                                     [REPORT_CHOICE_TRIALS] = "trials",
+                                     [REPORT_CHOICE_PREPARE] = "prepare"};
+    json_out_key(out, "choice");
+    json_out_open(out, '{');
+    write_text(out, "path", choice->among[choice->chosen].path);
+    write_text(out, "by", by[choice->by]);
+    json_out_key(out, "among");
+    json_out_open(out, '[');
+    for (size_t i = 0; i < choice->count; i++) {
+        const struct report_candidate *candidate = &choice->among[i];
+        json_out_open(out, '{');
+        write_text(out, "path", candidate->path);
+        if (!candidate->able)
+            write_text(out, "refused", candidate->why);
+        const struct {
+            const char *name;
+            double figure;
+        } rows[] = {
+            {"expected_ms", candidate->expected_ms}, {"outlines", candidate->outlines},
+            {"fragments", candidate->fragments},     {"steps", candidate->steps},
+            {"measured_ms", candidate->measured_ms}, {"error", candidate->error},
+        };
+        for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+            if (!isfinite(rows[k].figure)) /* not found */
+                continue;
+            json_out_key(out, rows[k].name);
+            json_out_number(out, rows[k].figure);
+        }
+        json_out_close(out, '}');
+    }
+    json_out_close(out, ']');
+    write_text(out, "why", choice->why);
+    json_out_close(out, '}');
+}
+
 void report_write_warnings(struct json_out *out, const struct report *report) {
     json_out_key(out, "warnings");
     json_out_open(out, '[');
@@ -177,6 +216,8 @@ char *report_write(const struct report *report) {
     write_passes(&out, "left_out", report->left_out, report->left_out_count);
     json_out_close(&out, '}');
     report_write_work(&out, &report->work);
+    if (report->choice.by != REPORT_CHOICE_NONE)
+        write_choice(&out, &report->choice);
     if (report->error.kind != REPORT_ERROR_NONE)
         write_error(&out, &report->error);
     if (report->target.kind != REPORT_TARGET_NONE)

@@ -23,6 +23,7 @@ enum {
     FORCE_SORT = 0x200,        /* cells in order, though rays could walk */
     FORCE_SAMPLES = 0x400,     /* 4 samples a pixel; not the same picture but where it is even */
     FORCE_EVERY_PLANE = 0x800, /* planes of the slicing path look at every prism */
+    FORCE_COST = 0x1000,       /* report.choice tells the cost of the path that the scene names */
 };
 
 /* From the next picture on; 0 for what scenes need and no more. */

@@ -25,9 +25,9 @@ static const char *name_of(enum scene_path id) {
     return path_find(id)->name;
 }
 
-enum status plan_paths(struct scene *scene, struct error *err) {
+enum status plan_paths(struct scene *scene, bool *open, struct error *err) {
     enum scene_path chosen = SCENE_PATH_AUTO;
-    size_t by = 0;
+    size_t by = 0, shells = 0;
     const char *member;
     for (int round = 0; round < 2; round++)
         for (size_t i = 0; i < scene->object_count && chosen == SCENE_PATH_AUTO; i++) {
@@ -35,10 +35,13 @@ enum status plan_paths(struct scene *scene, struct error *err) {
             if (object->kind != SCENE_OBJECT_SHELL)
                 continue;
             enum scene_path path = path_of_quality(&object->quality, &member);
+            shells++;
             chosen = round == 0 ? object->path : member ? path : SCENE_PATH_AUTO;
             by = i;
         }
-    chosen = chosen == SCENE_PATH_AUTO ? SCENE_PATH_TETRA : chosen;
+    *open = chosen == SCENE_PATH_AUTO && shells > 0;
+    if (chosen == SCENE_PATH_AUTO)
+        return STATUS_OK;
     char pointer[64];
     if (!path_find(chosen)) {
         snprintf(pointer, sizeof pointer, "/objects/%zu/path", by);
@@ -95,6 +98,7 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
         struct path_object *object = &objects[i];
         if (!object->shell)
             continue;
+        object->walk = object->walk_asked = object->solid_cells = false;
         bool medium = volume_has_medium(object->volume), solid = volume_has_solid(object->volume);
         enum scene_map map = object->object->quality.map;
         bool slicing = object->object->path == SCENE_PATH_SLICING;

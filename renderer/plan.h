@@ -20,13 +20,15 @@ struct plan {
     bool depth;              /* a depth buffer: opaque things may hide one another, or media */
     uint32_t flags;          /* branches of the shaders (FLAG_*), of all draws together */
     int k;                   /* samples along a pixel's side */
+    size_t warnings;         /* that the report held before there was a path to warn of */
 };
 
-/* Decides by which path the shells are drawn, and sets it in each of them (`auto` is no choice): by
- * the one that a shell names, else by that whose `quality` is given, else by tetra. One path draws
- * all shells of a picture. STATUS_NOT_IMPLEMENTED, with its pointer, where a shell asks for another
- * one, or for another one's quality. */
-enum status plan_paths(struct scene *scene, struct error *err);
+/* Finds by which path the scene says that its shells are drawn, and sets it in each of them: the
+ * one that a shell names, else that whose `quality` is given. One path draws all shells of a
+ * picture. Where nothing says it and there are shells, they are left at SCENE_PATH_AUTO, and *open
+ * is set: it is to be chosen (choice.h). STATUS_NOT_IMPLEMENTED, with its pointer, where a shell
+ * asks for another path, or for another one's quality. */
+enum status plan_paths(struct scene *scene, bool *open, struct error *err);
 
 /* Decides by which map textures are read (path_object.exact): as the scene asks, else exactly
  * wherever that makes a difference. And which shells rays walk through (path_object.walk) and of

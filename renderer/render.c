@@ -18,6 +18,8 @@
 
 #include "renderer/aim.h"
 #include "renderer/asset/module.h"
+#include "renderer/choice.h"
+#include "renderer/contest.h"
 #include "renderer/drawing.h"
 #include "renderer/estimate.h"
 #include "renderer/force.h"
@@ -27,8 +29,8 @@
 #include "renderer/gl/target.h"
 #include "renderer/measure.h"
 #include "renderer/path/variant.h"
-#include "renderer/plan.h"
 #include "renderer/prepare.h"
+#include "renderer/resolve.h"
 
 enum {
     MESH_CACHE_BYTES = 256 << 20,
@@ -126,8 +128,9 @@ void renderer_destroy(struct renderer *renderer) {
     free(renderer);
 }
 
-static enum status path_state(struct renderer *renderer, const struct path *path, void **state,
+static enum status path_state(void *user, const struct path *path, void **state,
                               struct error *err) {
+    struct renderer *renderer = user;
     int i = 0;
     while (path_table[i] != path)
         i++;
@@ -139,7 +142,7 @@ static enum status path_state(struct renderer *renderer, const struct path *path
 }
 
 /* A copy of the scene to fill choices into: what the report calls resolved. */
-static enum status copy_scene(const struct scene *scene, struct render_result *result,
+static enum status copy_scene(const struct scene *scene, struct render_result *result, bool *open,
                               struct error *err) {
     struct scene *copy = &result->report.resolved;
     *copy = *scene;
@@ -148,32 +151,7 @@ static enum status copy_scene(const struct scene *scene, struct render_result *r
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the scene");
     for (size_t i = 0; i < scene->object_count; i++)
         copy->objects[i] = scene->objects[i];
-    return plan_paths(copy, err);
-}
-
-/* What only geometry and materials could decide. */
-static void resolve_objects(struct scene *scene, const struct prepared *prepared) {
-    for (size_t i = 0; i < scene->object_count; i++) {
-        const struct path_object *object = &prepared->objects[i];
-        if (!object->shell)
-            continue;
-        struct scene_object *spec = &scene->objects[i];
-        path_find(spec->path)->resolve(object, &spec->quality);
-        if (spec->quality.map == SCENE_MAP_AUTO && !object->volume->homogeneous)
-            spec->quality.map = object->exact ? SCENE_MAP_EXACT : SCENE_MAP_AFFINE;
-        if (!object->volume->homogeneous)
-            memcpy(spec->shell.material.size, object->volume->size,
-                   sizeof spec->shell.material.size);
-    }
-}
-
-/* The path of the shells, which is that of any, chooses for all. */
-static enum status choose_quality(const struct prepared *prepared, struct error *err) {
-    for (size_t i = 0; i < prepared->object_count; i++)
-        if (prepared->objects[i].shell)
-            return path_find(prepared->objects[i].object->path)
-                ->choose(prepared->objects, prepared->object_count, err);
-    return STATUS_OK;
+    return plan_paths(copy, open, err);
 }
 
 static void report_renderer(const struct renderer *renderer, struct report *report) {
@@ -221,7 +199,8 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
     memset(result, 0, sizeof *result);
     result->width = scene->image.width;
     result->height = scene->image.height;
-    enum status status = copy_scene(scene, result, err);
+    bool open;
+    enum status status = copy_scene(scene, result, &open, err);
     if (status != STATUS_OK)
         return status;
     struct report *report = &result->report;
@@ -235,20 +214,13 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
     status = force_objects(renderer->force, prepared, err);
     if (status == STATUS_OK)
         status = prepare_views(prepared, &report->resolved, world, err);
+    if (status == STATUS_OK && open)
+        status = choice_decide(prepared, &report->resolved, world, may_walk, report, err);
     if (status == STATUS_OK)
-        status = choose_quality(prepared, err);
-    if (status == STATUS_OK)
-        status = plan_order(prepared->objects, prepared->object_count, may_walk, err);
-    if (status != STATUS_OK) {
+        status = resolve_plan(scene, prepared, world, may_walk, renderer->force, report, plan, err);
+    if (status != STATUS_OK)
         prepared_finish(&renderer->caches, prepared);
-        return status;
-    }
-    resolve_objects(&report->resolved, prepared);
-    plan_warn_uneven(prepared->objects, prepared->object_count, report);
-    plan_make(&report->resolved, prepared->objects, prepared->object_count, plan);
-    force_plan(renderer->force, plan);
-    plan_report(plan, &report->resolved, prepared->objects, prepared->object_count, report);
-    return STATUS_OK;
+    return status;
 }
 
 enum status renderer_plan(struct renderer *renderer, const struct scene *scene,
@@ -308,11 +280,22 @@ static void throw_away(double stage_ms[REPORT_STAGE_COUNT]) {
     }
 }
 
+/* For drawing: what is left of a deadline when all else is taken off. */
+static double left_ms(const struct renderer *renderer, const struct contest *contest,
+                      const struct render_limits *limits) {
+    const struct view *world = &contest->drawing->picture->world;
+    double left = limits->began_ms + contest->asked->target.deadline_ms - limits->reserve_ms -
+                  renderer->readback_ms_per_sample * world->width * world->height - clock_now_ms();
+    /* measure.h: what an estimate may cost */
+    return contest->asked->error_mode == SCENE_ERROR_ESTIMATE ? left / 1.3 : left;
+}
+
 /* Chooses, draws and measures, as far as the scene asks for each. */
-static enum status fulfil(struct renderer *renderer, const struct scene *scene,
+static enum status fulfil(struct renderer *renderer, const struct contest *contest,
                           const struct asset_source *assets, const struct render_limits *limits,
-                          const struct drawing *drawing, struct render_result *result,
-                          uint64_t *lost, struct error *err) {
+                          struct render_result *result, uint64_t *lost, struct error *err) {
+    const struct scene *scene = contest->asked;
+    const struct drawing *drawing = contest->drawing;
     struct picture *picture = drawing->picture;
     struct stage_clock *clock = picture->clock;
     struct report *report = &result->report;
@@ -340,14 +323,16 @@ static enum status fulfil(struct renderer *renderer, const struct scene *scene,
                  "nothing to choose: no object that could be drawn better or faster leaves out its "
                  "quality");
     }
-    if (report->target.kind != REPORT_TARGET_NONE && aim_is_free(&measure)) {
+    if (report->target.kind != REPORT_TARGET_NONE) {
         stage_clock_next(clock, REPORT_STAGE_choose, true);
-        double samples = (double)picture->world.width * picture->world.height;
-        aim.left_ms = limits->began_ms + target->deadline_ms - limits->reserve_ms -
-                      renderer->readback_ms_per_sample * samples - clock_now_ms();
-        if (scene->error_mode == SCENE_ERROR_ESTIMATE)
-            aim.left_ms /= 1.3; /* measure.h: what an estimate may cost */
-        status = aim_choose(&aim, report, err);
+        if (target->has_deadline_ms)
+            status = contest_deadline(contest, &measure, left_ms(renderer, contest, limits), err);
+        aim.left_ms = left_ms(renderer, contest, limits);
+        if (status == STATUS_OK &&
+            (aim_is_free(&measure) || (target->has_max_error && contest_doubts(contest))))
+            status = aim_choose(&aim, report, err);
+        if (status == STATUS_OK && target->has_max_error)
+            status = contest_error(contest, &aim, err);
     }
     for (bool again = status == STATUS_OK; again;) {
         double began = clock_now_ms();
@@ -434,11 +419,18 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
     if (plan.surface &&
         (status = surface_pass_upload(renderer->surface, &picture, err)) != STATUS_OK)
         goto done;
-    if (plan.path && (plan.solid || plan.media))
-        if ((status = path_state(renderer, plan.path, &drawing.path_state, err)) != STATUS_OK ||
-            (status = plan.path->prepare(drawing.path_state, &picture, err)) != STATUS_OK)
-            goto done;
-    status = fulfil(renderer, scene, assets, limits, &drawing, result, lost, err);
+    struct contest contest = {.asked = scene,
+                              .prepared = &prepared,
+                              .plan = &plan,
+                              .drawing = &drawing,
+                              .may_walk = may_walk && !(renderer->force & FORCE_SORT),
+                              .force = renderer->force,
+                              .state_of = path_state,
+                              .user = renderer};
+    status = contest_prepare(&contest, err);
+    if (status != STATUS_OK)
+        goto done;
+    status = fulfil(renderer, &contest, assets, limits, result, lost, err);
     stage_clock_stop(&clock, true);
     resolve_objects(&report->resolved, &prepared);
 

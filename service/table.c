@@ -44,7 +44,13 @@ static void print_target(FILE *out, const struct report_target *target) {
             error ? "" : " ms", target->why);
 }
 
+static void print_choice(FILE *out, const struct report_choice *choice) {
+    fprintf(out, "  %-9s %s: %s\n", "path", choice->among[choice->chosen].path, choice->why);
+}
+
 void table_print_plan(FILE *out, const struct report *report) {
+    if (report->choice.by != REPORT_CHOICE_NONE)
+        print_choice(out, &report->choice);
     print_passes(out, "passes", report->passes, report->pass_count);
     print_passes(out, "left out", report->left_out, report->left_out_count);
     for (size_t i = 0; i < report->loaded_count; i++)

@@ -69,7 +69,9 @@ struct picture {
                      first, whose ray meets a shell */
     bool depth;   /* set by the path's `prepare` where its draws need a depth buffer that the plan
                      knows nothing of */
-    bool cold;    /* set where a shader was compiled */
+    uint64_t approximate; /* set by the path's `prepare`: samples whose overlapping colours it
+                             cannot mix in the right order */
+    bool cold;            /* set where a shader was compiled */
     struct report *report;
     struct stage_clock *clock;
 };

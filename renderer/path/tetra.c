@@ -107,6 +107,7 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
                     "groups of tetrahedra hide one another in a circle (%llu in all); where they "
                     "do, they are drawn by the depth of their centres",
                     (unsigned long long)sorted.cycle_tetra);
+    picture->approximate += sorted.overlaps;
     if (sorted.overlaps)
         report_warn(picture->report, "overlap-approximate", "/objects", sorted.overlaps, 0,
                     "samples on whose ray sorted cells of different shells or folds overlap; there "

@@ -29,6 +29,7 @@
 #define FUR    "'builtin': 'fur'"
 #define MIST   "'builtin': 'homogeneous', 'extinction': 4"
 #define SORTED ", 'quality': {'order': 'sorted'}"
+#define TETRA  ", 'path': 'tetra'" /* the cheaper one, sorted, may be another */
 #define DIM    "'lights': [], 'ambient': [1, 1, 1], "
 
 /* The largest difference between the two pictures of a row: fp32 rounding, 4e-7 where a closed form
@@ -48,8 +49,8 @@ static const struct row {
     {"media", "solid alone, walked", FORCE_MEDIUM, SCENE("", SHELL(TORUS, CHAIN, ""))},
     {"media+sort", "solid alone, cells", FORCE_MEDIUM, SCENE("", SHELL(TORUS, CHAIN, SORTED))},
     {"solid", "medium alone, walked", FORCE_SOLID, SCENE("", SHELL(TORUS, FUR, ""))},
-    {"sort", "one voxel medium", FORCE_SORT, SCENE("", SHELL(TORUS, FUR, ""))},
-    {"sort", "one homogeneous medium", FORCE_SORT, SCENE("", SHELL(TORUS, MIST, ""))},
+    {"sort", "one voxel medium", FORCE_SORT, SCENE("", SHELL(TORUS, FUR, TETRA))},
+    {"sort", "one homogeneous medium", FORCE_SORT, SCENE("", SHELL(TORUS, MIST, TETRA))},
     {"depth", "one solid shell", FORCE_DEPTH, SCENE("", SHELL(TORUS, CHAIN, ""))},
     {"occluded", "nothing opaque, walked", FORCE_OCCLUDED, SCENE("", SHELL(TORUS, FUR, ""))},
     {"occluded", "nothing opaque, cells", FORCE_OCCLUDED, SCENE("", SHELL(TORUS, MIST, SORTED))},

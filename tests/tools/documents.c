@@ -49,6 +49,18 @@ static void print_reports(void) {
     report.target =
         (struct report_target){.kind = REPORT_TARGET_MAX_ERROR, .asked = 0.01, .met = true};
     memset(report.target.why, 'y', sizeof report.target.why - 1);
+    report.choice = (struct report_choice){.by = REPORT_CHOICE_TRIALS, .count = REPORT_CHOICE_MAX};
+    for (int i = 0; i < REPORT_CHOICE_MAX; i++) {
+        struct report_candidate *candidate = &report.choice.among[i];
+        *candidate = (struct report_candidate){.able = i > 0,
+                                               .expected_ms = i,
+                                               .steps = 1e12,
+                                               .measured_ms = i > 1 ? 1.5 : NAN,
+                                               .error = i > 1 ? 0.25 : INFINITY};
+        memset(candidate->path, 'p', sizeof candidate->path - 1);
+        memset(candidate->why, 'w', sizeof candidate->why - 1);
+    }
+    memset(report.choice.why, 'z', sizeof report.choice.why - 1);
     report.clock = REPORT_CLOCK_QUERY;
     report.cold = true;
     strcpy(report.backend, "egl");

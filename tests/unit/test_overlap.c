@@ -43,7 +43,8 @@ static void write_slabs(char *json, const struct slab *slabs, int count, const c
             json + used, JSON_MAX - used,
             "%s{'shell': {'mesh': {'shape': 'plane', 'size': [%.17g, %.17g], 'divisions': [3, %d]},"
             " 'thickness': %.17g, 'material': {'builtin': 'homogeneous', 'extinction': %.17g, "
-            "'color': [%g, %g, %g]}}, 'quality': {'order': '%s'}, 'transform': {'translate': "
+            "'color': [%g, %g, %g]}}, 'path': 'tetra', 'quality': {'order': '%s'}, 'transform': "
+            "{'translate': "
             "[0, 0, %.17g], 'scale': [%.17g, %.17g, %.17g]}}",
             i ? ", " : "", 8 / scale, 8 / scale, 2 + i, (s->high - s->low) / scale,
             s->sigma * scale, colors[s->color][0], colors[s->color][1], colors[s->color][2], order,
@@ -409,7 +410,7 @@ static void test_many_folds(void **state) {
     struct compared compared = compare(
         LIGHT, "{'shell': {'mesh': {'asset': 'tests/data/gltf/stacked_plates.glb'}, 'thickness': "
                "0.4, 'material': {'builtin': 'homogeneous', 'extinction': 1, 'color': [1, 0.5, "
-               "0.25]}}}");
+               "0.25]}}, 'path': 'tetra'}");
     assert_true(compared.folds_overlap > 300);
     assert_false(compared.joint);
     assert_true(compared.walked);

@@ -28,6 +28,7 @@ enum { PART_COUNT = sizeof parts / sizeof *parts };
 #define FUR    "'builtin': 'fur', 'size': [16, 16, 8]"
 #define MIST   "'builtin': 'homogeneous', 'extinction': 2, 'color': [0.2, 0.4, 0.8]"
 #define SORTED ", 'quality': {'order': 'sorted'}"
+#define TETRA  ", 'path': 'tetra'"
 #define SLABS  ", 'quality': {'slices': 9}"
 #define HYBRID ", 'quality': {'slices': 9, 'method': 'hybrid'}"
 #define END    "}]}"
@@ -246,7 +247,7 @@ static void test_what_is_left_out_changes_nothing(void **state) {
         {ONE SHELL(SPHERE, FUR, "") END, FORCE_SOLID,
          "WALK:medium+lit+occluded+exact WALK:solid+lit+exact", 0},
         {ONE SHELL(SPHERE, MIST, "") END, FORCE_VOXELS, "WALK:medium+exact", 2e-6},
-        {ONE SHELL(SPHERE, MIST, "") END, FORCE_SORT, "TETRA:homogeneous", 2e-5},
+        {ONE SHELL(SPHERE, MIST, "") TETRA END, FORCE_SORT, "TETRA:homogeneous", 2e-5},
     };
     for (size_t r = 0; r < sizeof forced / sizeof *forced; r++) {
         struct renderer *renderer = support_renderer();

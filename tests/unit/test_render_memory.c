@@ -192,6 +192,21 @@ static void errors_survive(void **state) {
     torture(SCENE(SHELL("chain", ""), ", \"report\": {\"error\": \"reference\"}"));
 }
 
+#define MIST(color)                                                                                \
+    "{\"shell\": {\"mesh\": {\"shape\": \"plane\", \"divisions\": [1, 1]}, \"material\": "         \
+    "{\"builtin\": \"homogeneous\", \"color\": [" color "]}}}"
+#define MISTS                                                                                      \
+    MIST("1, 0, 0")                                                                                \
+    ", " MIST("0, 1, 0") ", " MIST("0, 0, 1") ", " MIST("1, 1, 0") ", " MIST("0, 1, 1") ", " MIST( \
+        "1, 0, 1")
+
+/* Another path after the first was made ready, and both tried. */
+static void choices_survive(void **state) {
+    (void)state;
+    torture(SCENE(MISTS, ""));
+    torture(SCENE(MIST("1, 0, 0"), ", \"target\": {\"deadline_ms\": 60000}"));
+}
+
 static void targets_survive(void **state) {
     (void)state;
     torture(SCENE(SHELL("clouds", ""), ", \"target\": {\"max_error\": 0.05}"));
@@ -253,9 +268,9 @@ int main(void) {
         return 77;
     }
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pictures_survive), cmocka_unit_test(slices_survive),
-        cmocka_unit_test(errors_survive),   cmocka_unit_test(targets_survive),
-        cmocka_unit_test(sweeps_survive),
+        cmocka_unit_test(choices_survive), cmocka_unit_test(pictures_survive),
+        cmocka_unit_test(slices_survive),  cmocka_unit_test(errors_survive),
+        cmocka_unit_test(targets_survive), cmocka_unit_test(sweeps_survive),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);
 }
