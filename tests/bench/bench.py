@@ -3,7 +3,7 @@
 from the 10th to the 90th percentile, and the command that gives it. Everything is warm: the first
 runs are not counted.
 
-Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sort,plan,memory,cold] [--repeats N]
+Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sort,plan,slicing,choice,memory,cold] [--repeats N]
 The exit code is 0 whatever was measured: a machine may be slow or busy; numbers are for reading."""
 
 import argparse
@@ -19,6 +19,9 @@ import subprocess
 import sys
 import tempfile
 import time
+
+import choice
+import table1
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 EXAMPLES = os.path.join(ROOT, "api", "examples")
@@ -237,18 +240,12 @@ def bench_plan(build, repeats):
 
 def bench_slicing(build, repeats):
     """Table 1 of Lensch et al. 2002: planes x methods, 512 x 512; error against the reference."""
-    run = subprocess.run([os.path.join(build, "tests/bench/bench_slicing"), str(repeats)],
-                         check=True, stdout=subprocess.PIPE, text=True)
-    rows = []
-    for line in run.stdout.splitlines():
-        r = json.loads(line)
-        paper = f"paper {1000 / r['paper_fps']:.0f} ms; " if r["paper_fps"] else ""
-        rows.append({**r, "figure": f"{r['scene']}, {r['planes']:4} planes, {r['method']}",
-                     "value": f"{r['ms']:.0f} ms, RMSE {r['rmse']:.2g}",
-                     "note": f"{paper}model {r['model']:.2g}, discretisation "
-                             f"{r['discretisation']:.2g}; {r['drawn']} polygons of {r['pairs']} "
-                             f"pairs of plane and prism, {r['fragments'] / 1e6:.2f} M fragments"})
-    return rows
+    return table1.rows(build, repeats, spread, text)
+
+
+def bench_choice(build, repeats):
+    """What path auto stands on: the rates of renderer/cost.c, and how far off they are here."""
+    return choice.rows(build, repeats)
 
 
 def resident_mib(pid, field="VmRSS"):
@@ -410,7 +407,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", default="demo,error,reference,service,jobs,sort,plan,slicing,memory,cold")
+    parser.add_argument("--only", default="demo,error,reference,service,jobs,sort,plan,slicing,choice,memory,cold")
     parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     pelt = os.path.join(options.build, "pelt")
@@ -420,6 +417,7 @@ def main():
              "sort": lambda n: bench_sort(options.build, n),
              "plan": lambda n: bench_plan(options.build, n),
              "slicing": lambda n: bench_slicing(options.build, min(n, 5)),
+             "choice": lambda n: bench_choice(options.build, min(n, 3)),
              "memory": lambda n: bench_memory(pelt, n), "cold": lambda n: bench_cold(pelt, n)}
     results = {}
     if not options.json:
@@ -440,7 +438,7 @@ def main():
 def table_title(name):
     return {"demo": bench_demo, "error": bench_error, "reference": bench_reference,
             "service": bench_service, "jobs": bench_jobs,
-            "sort": bench_sort, "plan": bench_plan, "slicing": bench_slicing,
+            "sort": bench_sort, "plan": bench_plan, "slicing": bench_slicing, "choice": bench_choice,
             "memory": bench_memory, "cold": bench_cold}[name].__doc__
 
 

@@ -48,7 +48,7 @@ def rows(build, repeats):
             rates = fit(mine)
             table.append({"figure": f"{way}, {content}", "rates": dict(zip(RATES, rates)),
                           "value": ", ".join(f"{name} {rate:.3g}"
-                                             for name, rate in zip(RATES, rates) if rate > 0),
+                                             for name, rate in zip(RATES, rates) if rate > 1e-12),
                           "note": f"ms of the processor each; the committed rates are within a factor "
                                   f"of 2 of {within([(r['model_ms'], r['ms']) for r in mine])} of "
                                   f"{len(mine)} pictures"})
