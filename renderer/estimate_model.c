@@ -12,7 +12,7 @@
 enum {
     PIXELS_MIN = 8, /* fewer tell nothing of the others */
     PIXELS_MAX = 2048,
-    PROMISE_PIXELS_MIN = 128, /* whatever they take */
+    PROMISE_PIXELS_MIN = 256, /* whatever they take */
     PROMISE_PER_BLOCK = 4
 };
 
