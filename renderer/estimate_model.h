@@ -15,7 +15,7 @@ struct model_error {
 /* Looks at some of the probe's pixels, of which `limit` is the path's limit: one a block, where
  * measure->promises four; or, with `interest` (for each pixel of the picture; NULL: none), of all
  * of them by lot, more of those of interest. Spends about `budget_ms`; where measure->promises, on
- * 128 pixels at the least, if there are as many. None where the scene is too large for that, or
+ * 256 pixels at the least, if there are as many. None where the scene is too large for that, or
  * eight pixels would take longer. Statuses of reference_create() and reference_render(). Blocks. */
 enum status estimate_model(const struct measure *measure, float (*limit)[4],
                            const uint8_t *met_pixels, const float *interest, double budget_ms,

@@ -218,9 +218,9 @@ static void test_max_error_of_slices(void **state) {
         struct render_result result, fine;
         snprintf(rest, sizeof rest, ", 'target': {'max_error': %g}", goals[i]);
         draw(&result, 64, 48, 1, rest,
-             SHELL(PLANE, CLOUDS) "'method': 'slabs'}}, " SHELL(PLANE, CHAIN) "}}");
+             SHELL(PLANE, CLOUDS) "'method': 'slabs'}}, " SHELL(SPHERE, CLOUDS) "}}");
         draw(&fine, 64, 48, 1, "",
-             SHELL(PLANE, CLOUDS) "'slices': 8000}}, " SHELL(PLANE, CHAIN) "}}");
+             SHELL(PLANE, CLOUDS) "'slices': 8000}}, " SHELL(SPHERE, CLOUDS) "}}");
         const struct report_target *target = &result.report.target;
         const struct scene_object *objects = result.report.resolved.objects;
         double true_ = rmse_between(&result, &fine);
