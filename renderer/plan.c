@@ -293,7 +293,7 @@ void plan_report(const struct plan *plan, const struct scene *scene,
     tell(report, "solid", plan->solid, "a material has a solid part",
          needs.shells ? "no material has a solid part" : NO_SHELL);
     tell(report, "sort", needs.sorted, "semi-transparent tetrahedra are drawn back to front",
-         plan->slices && plan->media ? "slabs are drawn back to front; within one, any order does"
+         plan->slices && plan->media ? "slabs are drawn back to front; neighbours in a run of them tell their order"
          : plan->media               ? "rays walk from cell to cell, front to back"
          : needs.shells              ? "nothing is semi-transparent: the first surface decides"
                                      : NO_SHELL);

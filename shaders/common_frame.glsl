@@ -40,3 +40,8 @@ vec3 world_normal(vec3 gradient, int at) {
 vec3 world_normal(vec3 gradient) {
     return world_normal(gradient, 0);
 }
+
+/* Steps that a segment takes for each unit of its length. */
+#ifndef STEP_RATE
+#define STEP_RATE frame[FRAME_STEP].x
+#endif

@@ -24,7 +24,7 @@ struct Ray {
 /* Along one segment; `span` is its length in object units, `v` points toward the viewer. */
 void march(inout Ray ray, inout Way way, float span, vec3 v) {
     /* The bound on the loop is a uniform: a count from interpolants can run away. */
-    float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
+    float steps = clamp(ceil(span * STEP_RATE), 1.0, frame[FRAME_STEP].z);
     float length_scaled = span / steps * frame[FRAME_STEP].y, i = 0.5;
     do {
         vec3 q = way_at(way, i / steps);

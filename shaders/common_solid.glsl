@@ -17,7 +17,7 @@ layout(binding = BINDING_SOLID_GRADIENT) uniform sampler3D solid_gradient;
 bool find_solid(inout Way way, float span, out float where, inout bool whole) {
     /* March to the first sample inside, entry included. The bound on the loop is a uniform: a count
      * from interpolants can run away. */
-    float steps = clamp(ceil(span * frame[FRAME_STEP].x), 1.0, frame[FRAME_STEP].z);
+    float steps = clamp(ceil(span * STEP_RATE), 1.0, frame[FRAME_STEP].z);
     float s_out = texture(solid, way_at(way, 0.0)).a, s_in = s_out;
     float low = 0.0, high = 0.0, i = 0.0;
     bool found = s_in >= 0.5;

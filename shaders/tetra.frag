@@ -176,7 +176,10 @@ void main() {
     bool below = frame[FRAME_STEP].w != 0.0 && IS_BOTTOM(cell, 3u) && hits.lambda_in.z == 0.0 && entered;
     if (!(begin < end) || below)
         discard;
-    float span = float(end - begin) * length(ray_direction(p));
+    float along = length(ray_direction(p)), span = float(end - begin) * along;
+#ifdef SLABS
+    slab_rate = frame[FRAME_STEP].x / along;
+#endif
 
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float tau = frame[FRAME_CONSTANT].w * span;

@@ -341,8 +341,8 @@ enum status cell_pass_draw(struct cell_pass *pass, struct picture *picture,
             frame_clear(&frame);
             frame_set_view(&frame, picture, &object->projection.view, object);
             frame_set_shell(&frame, object);
-            if (slabs) /* one step for each part: a slab is as thick as a step */
-                frame.v[FRAME_STEP][0] = 0;
+            if (slabs)
+                frame_set_spacing(&frame, outlines->spacing);
             frame_bind(&frame, &pass->frame_buffer);
             glUseProgram(program);
             const struct device_shell *device = resident_find(&pass->shells, object->shell->serial);

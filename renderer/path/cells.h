@@ -28,6 +28,7 @@ struct outlines {
     size_t corner_count, corner_capacity, slab_capacity, index_count, index_capacity, run_count,
         run_capacity;
     size_t outline_count;
+    double spacing; /* where slabs are drawn: the longest step along a ray, in H */
 };
 
 void outlines_clear(struct outlines *outlines); /* keeps the memory */

@@ -92,6 +92,12 @@ void frame_set_shell(struct frame *frame, const struct path_object *object) {
     frame->v[FRAME_MATERIAL][1] = volume->shininess;
 }
 
+void frame_set_spacing(struct frame *frame, double spacing) {
+    /* A step may be longer by a 63rd, so that what rounds a run of slabs up costs no step more. */
+    frame->v[FRAME_STEP][0] = (float)(63.0 / 64 / spacing);
+    frame->v[FRAME_STEP][2] = PATH_STEPS_MAX;
+}
+
 void frame_bind(const struct frame *frame, GLuint *buffer) {
     if (!*buffer)
         glCreateBuffers(1, buffer);

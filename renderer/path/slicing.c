@@ -18,6 +18,14 @@
  * within a shell, is turned around from each slab to the next, and what one does the other undoes.
  * The sum is of second order everywhere, without a pass for each slab that sums before it blends.
  *
+ * Runs. Most of what a part costs is to find where the ray is in its cell, not the sample taken
+ * there. So a cell is drawn once for a run of RUN_SLABS slabs, with a step for each of them, and in
+ * a run the cells of a shell are ordered by the faces that they share (shell/slab_order.h). That is
+ * exact where a ray goes from cell to cell, so the error above is gone there; stretches of a ray
+ * that lie in one run and do not touch are ordered by depth, and those that overlap alternate, with
+ * an error (RUN_SLABS squared) times as large, still of second order. Several shells overlap more
+ * often than not, and are drawn slab by slab.
+ *
  * Methods `software`, `hybrid`, `hardware`: the paper's own, polygons.h; here they share the
  * planes, the lists of what a plane meets, and the alternation.
  *
@@ -28,8 +36,10 @@
 
 #include "renderer/gl/context.h"
 #include "renderer/path/cells.h"
+#include "renderer/path/frame.h"
 #include "renderer/path/path.h"
 #include "renderer/path/polygons.h"
+#include "renderer/shell/slab_order.h"
 #include "renderer/shell/slabs.h"
 
 enum {
@@ -42,6 +52,11 @@ enum {
      * apart. */
     GROUP_SLABS = 512,
     BATCH_CORNERS = 1 << 19, /* drawn at a time, so that memory does not grow with the planes */
+    /* Slabs of one medium that are drawn at once. RMSE of torus and sphere under fur, torus and
+     * terrain under clouds with 64, 256, 1,024 slabs: no more than with 1; of the teapot, whose
+     * folds overlap, with 1,024: 0.0078 with 1, 0.0084 with 4, 0.012 with 8. */
+    RUN_SLABS = 4,
+    RUN_LONGEST = PATH_STEPS_MAX / 2,
     SQUARE = 4 /* samples along the squares by which cells outside of blocks are dropped */
 };
 
@@ -240,11 +255,14 @@ static uint8_t *find_squares(const struct picture *picture, int *columns) {
 struct part {
     uint32_t object;
     struct slab_cells cells;
+    struct slab_order order; /* of cells with a medium */
 };
 
 static void close_parts(struct part *parts, size_t count) {
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++) {
         slab_cells_finish(&parts[i].cells);
+        slab_order_finish(&parts[i].order);
+    }
     free(parts);
 }
 
@@ -276,6 +294,8 @@ static enum status open_parts(const struct slicing *slicing, const struct pictur
             slab_cells_everywhere(&part->cells, &slicing->slabs);
         free(wanted);
         *count += status == STATUS_OK;
+        if (status == STATUS_OK && !solid && !slicing->method && slicing->slabs.count > 1)
+            status = slab_order_init(&part->order, object->shell, &object->projection, err);
     }
     free(squares);
     if (status != STATUS_OK) {
@@ -288,12 +308,16 @@ static enum status open_parts(const struct slicing *slicing, const struct pictur
 
 /* Appends what slab k holds of one shell, in turned order if asked; false where memory ran out. */
 static bool append_part(struct slicing *slicing, const struct picture *picture,
-                        const struct part *part, uint32_t k, bool turned) {
+                        struct part *part, uint32_t k, bool turned) {
     const struct slab_cells *cells = &part->cells;
     const struct path_object *object = &picture->objects[part->object];
     double low = slabs_plane(&slicing->slabs, k), high = slabs_plane(&slicing->slabs, k + 1);
+    if (part->order.shell)
+        slab_order_find(&part->order, cells, low, high, turned);
     for (uint32_t n = 0; n < cells->active_count; n++) {
-        uint32_t at = cells->active[turned ? cells->active_count - 1 - n : n];
+        uint32_t at = part->order.shell
+                          ? part->order.order[n]
+                          : cells->active[turned ? cells->active_count - 1 - n : n];
         bool appended;
         if (slicing->method) {
             appended = polygon_pass_append(slicing->method, object, part->object, cells->cell[at],
@@ -385,6 +409,23 @@ static enum status draw_range(struct slicing *slicing, struct picture *picture, 
     return status;
 }
 
+/* How many slabs are drawn at once. Planes as published are drawn one by one. Solids hide one
+ * another by depth, and constant media of one colour are the same in any order: there a run is as
+ * long as a loop may be. Several media are mixed slab by slab. */
+static uint32_t slabs_in_run(const struct slicing *slicing, const struct picture *picture,
+                             bool solid) {
+    if (slicing->method)
+        return 1;
+    uint32_t media = 0;
+    bool any = true;
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (path_object_drawn(&picture->objects[i])) {
+            media += volume_has_medium(picture->objects[i].volume);
+            any = any && picture->objects[i].any_quality;
+        }
+    return solid || any ? RUN_LONGEST : media > 1 ? 1 : RUN_SLABS;
+}
+
 static enum status draw_slabs(struct slicing *slicing, struct picture *picture, bool solid,
                               struct error *err) {
     struct slabs *slabs = &slicing->slabs;
@@ -392,6 +433,9 @@ static enum status draw_slabs(struct slicing *slicing, struct picture *picture, 
         if (path_object_drawn(&picture->objects[i]))
             slabs->count = (uint32_t)picture->objects[i].quality;
     picture->report->work.slices = slabs->count;
+    slicing->outlines.spacing = (slabs->high - slabs->low) / slabs->count;
+    uint32_t run = slabs_in_run(slicing, picture, solid);
+    slabs->count = (slabs->count - 1) / run + 1; /* from here on: runs */
     if (!(slabs->low < slabs->high))
         return STATUS_OK; /* all of it lies behind the eye */
     struct part *parts;
