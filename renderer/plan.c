@@ -103,13 +103,8 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
         enum scene_map map = object->object->quality.map;
         bool slicing = object->object->path == SCENE_PATH_SLICING;
         bool points = slicing && object->method != SCENE_SLICING_SLABS;
-        if (points && map == SCENE_MAP_EXACT) {
-            char pointer[64];
-            snprintf(pointer, sizeof pointer, "%s/quality/map", object->pointer);
-            return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
-                               "slices as published interpolate texture coordinates");
-        }
-        object->exact = map != SCENE_MAP_AFFINE && !points && path_object_drawn(object) &&
+        /* Slices as published interpolate texture coordinates, unless they are asked not to. */
+        object->exact = map != SCENE_MAP_AFFINE && (map == SCENE_MAP_EXACT || !points) && path_object_drawn(object) &&
                         !object->volume->homogeneous && !object->shell->affine;
         if (slicing)
             continue;

@@ -107,6 +107,16 @@ Way way_begin(uint cell, vec2 uv0, vec3 lambda, vec3 lambda_on) {
                vec3(0.0));
 }
 
+/* A single point of a prism, from its affine coordinates and the weights m_k of its tops 1 and 2; `cell`
+ * any of the prism's. No sample comes before it to guess from: a step of Newton in advance. */
+Way way_at_point(uint cell, vec2 uv0, vec3 a, vec2 m) {
+    Way way = way_begin(cell, uv0, vec3(0.0), vec3(0.0));
+    way.a = a;
+    way.m = m;
+    way_go(way, 0.0);
+    return way;
+}
+
 /* Which of 1 - b1 - b2, b1 and b2 vanishes where a cell's face lies on a side of the prism (v1 v2, v0 v2,
  * v0 v1), as factors of (1, b1, b2); none for faces within the prism, its bottom and its top. */
 vec3 side_of(uint kind, uint face) {

@@ -1,13 +1,19 @@
 /* Prisms for slicing, from the table of their tetrahedra (renderer/shell/shell.h): vertices 0..2 are the
  * bottoms, 3..5 the tops. For vertex stages, after common_frame.glsl. */
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_EXACT) == 0
 #include "common_normals.glsl"
 #endif
 
 layout(binding = BINDING_CELLS) uniform samplerBuffer cells;
 
+/* Affine: texture coordinates, linear over triangles of a polygon as published. Exact: b1, b2 and w, as
+ * linear, and the weights of the tops 1 and 2 in the point, of which common_prism.glsl makes them. */
 out vec3 uvw;
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_EXACT) != 0
+out vec2 tops;
+flat out vec2 uv_origin;
+flat out uint prism_cell;
+#elif (VARIANT & FLAG_LIT) != 0
 flat out mat3 to_world;
 #endif
 
@@ -25,9 +31,15 @@ void prism_uv(int prism, out vec2 uv0, out vec2 u1, out vec2 u2) {
     u2 = vec2(texelFetch(cells, at + 5).w, texelFetch(cells, at + 6).w);
 }
 
-/* One map for all of a prism: that of its middle layer, with the mean of its normal edges. */
-void set_to_world(int prism) {
-#if (VARIANT & FLAG_LIT) != 0
+/* What holds for all of a prism. One map for normals: that of its middle layer, with the mean of its
+ * normal edges; the exact map gives each place its own. */
+void set_prism(int prism) {
+#if (VARIANT & FLAG_EXACT) != 0
+    vec2 u1, u2;
+    prism_uv(prism, uv_origin, u1, u2);
+    prism_cell = 3u * uint(prism);
+    tops = uvw.z * uvw.xy; /* at corners, which lie on edges; in between it is linear */
+#elif (VARIANT & FLAG_LIT) != 0
     vec2 uv0, u1, u2;
     prism_uv(prism, uv0, u1, u2);
     vec3 b0 = prism_vertex(prism, 0), b1 = prism_vertex(prism, 1), b2 = prism_vertex(prism, 2);
@@ -63,14 +75,18 @@ void place_corner(int prism, int a, int b, float plane) {
     vec3 p_a = prism_vertex(prism, a), p_b = prism_vertex(prism, b);
     float s = cut_at(distance_of(p_a, plane), distance_of(p_b, plane));
     vec3 p = p_a + s * (p_b - p_a);
+#if (VARIANT & FLAG_EXACT) != 0
+    vec2 uv0 = vec2(0.0), u1 = vec2(1.0, 0.0), u2 = vec2(0.0, 1.0);
+#else
     vec2 uv0, u1, u2;
     prism_uv(prism, uv0, u1, u2);
+#endif
     int i = a % 3, j = b % 3;
     vec2 uv_a = i == 0 ? vec2(0.0) : i == 1 ? u1 : u2;
     vec2 uv_b = j == 0 ? vec2(0.0) : j == 1 ? u1 : u2;
     float w_a = a < 3 ? 0.0 : 1.0, w_b = b < 3 ? 0.0 : 1.0;
     uvw = vec3(uv0 + mix(uv_a, uv_b, s), mix(w_a, w_b, s));
-    set_to_world(prism);
+    set_prism(prism);
     float h = plane + frame[FRAME_H_ROW].w; /* the same all over the polygon */
     float w = frame[FRAME_MATERIAL].w != 0.0 ? 1.0 : h;
     gl_Position = vec4((dot(frame[FRAME_X_ROW], vec4(p, 1.0))) / w,

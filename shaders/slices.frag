@@ -1,6 +1,6 @@
 /* One sample of a ray where a plane cuts a prism, as Lensch, Daubert & Seidel 2002 have it: texture
  * coordinates are interpolated over triangles of the polygon, and stand for the ray all the way to the
- * next plane. That way is measured along the ray, which the paper leaves out (in perspective it is
+ * next plane; or they are found by the prism's own map (FLAG_EXACT). That way is measured along the ray, which the paper leaves out (in perspective it is
  * 1 / cos(theta) of the spacing), and it is the extinction that is taken to its power, not alpha. */
 #include "common_frame.glsl"
 #include "common_sample.glsl"
@@ -15,7 +15,11 @@
 layout(location = 0) uniform float spacing; /* of the planes, in ray parameters */
 
 in vec3 uvw;
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_EXACT) != 0
+in vec2 tops;
+flat in vec2 uv_origin;
+flat in uint prism_cell;
+#elif (VARIANT & FLAG_LIT) != 0
 flat in mat3 to_world;
 #endif
 
@@ -30,10 +34,15 @@ void main() {
     float span = spacing * length(ray_direction(p));
 #if (VARIANT & FLAG_LIT) != 0
     vec3 v = view_vector(p);
-    mat3 normals = to_world;
 #else
     vec3 v = vec3(0.0);
-    mat3 normals = mat3(0.0);
+#endif
+#if (VARIANT & FLAG_EXACT) != 0
+    Way way = way_at_point(prism_cell, uv_origin, uvw, tops);
+#elif (VARIANT & FLAG_LIT) != 0
+    Way way = Way(uvw, vec3(0.0), to_world);
+#elif (VARIANT & FLAG_HOMOGENEOUS) == 0
+    Way way = Way(uvw, vec3(0.0), mat3(0.0));
 #endif
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float tau = frame[FRAME_CONSTANT].w * span;
@@ -41,13 +50,13 @@ void main() {
     through = vec4(exp(-tau));
 #elif (VARIANT & FLAG_MEDIUM) != 0
     Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
-    Way way = Way(uvw, vec3(0.0), normals);
     march(ray, way, span, v);
     picture = vec4(ray.color, ray.tau);
     through = vec4(exp(-ray.tau));
 #else
-    if (texture(solid, uvw).a < 0.5)
+    vec3 q = way_at(way, 0.0);
+    if (texture(solid, q).a < 0.5)
         discard;
-    picture = vec4(shade_solid(uvw, normals, v, false, vec3(0.0)), OPAQUE_DEPTH);
+    picture = vec4(shade_solid(q, way_to_world(way), v, false, vec3(0.0)), OPAQUE_DEPTH);
 #endif
 }

@@ -118,7 +118,8 @@ static uint32_t vertex_of(const struct shell *shell, uint32_t prism, int v) {
     return v < 3 ? shell->tetra[3 * (size_t)prism][v] : shell->tetra[3 * (size_t)prism + 2][v - 2];
 }
 
-/* Where the plane cuts an edge, on the sample grid, and its texture coordinates there. */
+/* Where the plane cuts an edge, on the sample grid, and its texture coordinates there: of an exact
+ * object (b1, b2, w). */
 static struct full_corner intersect(const struct path_object *object, uint32_t prism, int edge,
                                     double h) {
     const struct shell *shell = object->shell;
@@ -129,15 +130,17 @@ static struct full_corner intersect(const struct path_object *object, uint32_t p
     double s = (a[2] - h) / (a[2] - b[2]); /* the ends lie on either side */
     double w = projection->view.orthographic ? 1 : h;
     const float(*cell)[4] = shell->cell[3 * (size_t)prism];
-    const double u[3] = {0, (double)cell[2][3], (double)cell[5][3]};
-    const double v[3] = {0, (double)cell[3][3], (double)cell[6][3]};
+    bool exact = object->exact;
+    const double u[3] = {0, exact ? 1 : (double)cell[2][3], exact ? 0 : (double)cell[5][3]};
+    const double v[3] = {0, exact ? 0 : (double)cell[3][3], exact ? 1 : (double)cell[6][3]};
+    const double uv0[2] = {exact ? 0 : (double)cell[0][3], exact ? 0 : (double)cell[1][3]};
     int i = end[0] % 3, j = end[1] % 3;
     double w_a = end[0] >= 3, w_b = end[1] >= 3;
     return (struct full_corner){
         {(float)((a[0] + s * (b[0] - a[0])) / w), (float)((a[1] + s * (b[1] - a[1])) / w),
          (float)DEPTH_OF_T(h - 1, projection->view.depth_scale)},
-        {(float)((double)cell[0][3] + u[i] + s * (u[j] - u[i])),
-         (float)((double)cell[1][3] + v[i] + s * (v[j] - v[i])), (float)(w_a + s * (w_b - w_a))},
+        {(float)(uv0[0] + u[i] + s * (u[j] - u[i])),
+         (float)(uv0[1] + v[i] + s * (v[j] - v[i])), (float)(w_a + s * (w_b - w_a))},
         prism};
 }
 
@@ -225,7 +228,7 @@ size_t polygon_pass_corners(const struct polygon_pass *pass) {
 }
 
 enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *tables,
-                              struct picture *picture, double spacing, bool solid,
+                              struct prism_maps *maps, struct picture *picture, double spacing, bool solid,
                               struct error *err) {
     enum status status = STATUS_OK;
     bool full = pass->method == SCENE_SLICING_SOFTWARE;
@@ -261,6 +264,7 @@ enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *table
             if (!solid)
                 glProgramUniform1f(program, 0, (float)spacing);
             glBindTextureUnit(BINDING_CELLS, cell_pass_table(tables, object->shell));
+            prism_maps_bind(maps, object);
             cells_bind_textures(object, solid);
             bound = run->object;
         }

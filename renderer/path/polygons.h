@@ -33,9 +33,10 @@ bool polygon_pass_append(struct polygon_pass *pass, const struct path_object *ob
                          uint32_t index, uint32_t prism, double h);
 size_t polygon_pass_corners(const struct polygon_pass *pass); /* that wait to be drawn */
 
-/* Draws and forgets what was appended; `spacing` of the planes in H. Shells are in `tables`. */
+/* Draws and forgets what was appended; `spacing` of the planes in H. Shells are in `tables`, their
+ * own maps in `maps` where an object is exact. */
 enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *tables,
-                              struct picture *picture, double spacing, bool solid,
+                              struct prism_maps *maps, struct picture *picture, double spacing, bool solid,
                               struct error *err);
 
 #endif

@@ -43,7 +43,7 @@
 #include "renderer/shell/slabs.h"
 
 enum {
-    SLICES_MAX = 65536, /* as for quality.slices */
+    SLICES_MAX = 131072, /* as for quality.slices */
     /* The most that are taken without being asked: at 512 a ray through the middle of a sphere
      * whose shell is a tenth of its radius still meets some 25 in either side of it. */
     SLICES_DEFAULT_MAX = 512,
@@ -109,12 +109,17 @@ static void find_range(const struct path_object *objects, size_t count, struct s
             slabs_include(slabs, &objects[i].projection, objects[i].shell->vertex_count);
 }
 
+/* What a unit of H is along the ray through the middle of the picture, in object units. */
+static double along_ray(const struct view *view) {
+    const double *d = view->d0;
+    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+}
+
 /* Planes so close that a ray through the middle of the picture meets one for each layer of voxels.
  */
 static double slices_wanted(const struct path_object *object, const struct slabs *slabs) {
-    const double *d = object->projection.view.d0;
-    double along = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]); /* a unit of H, object units */
-    return ceil((slabs->high - slabs->low) * along * object->layers / object->shell->thickness);
+    return ceil((slabs->high - slabs->low) * along_ray(&object->projection.view) * object->layers /
+                object->shell->thickness);
 }
 
 /* Whether two objects could be blended in either order: media of one constant colour. */
@@ -343,7 +348,7 @@ static enum status flush(struct slicing *slicing, struct picture *picture, bool 
                          struct error *err) {
     const struct slabs *slabs = &slicing->slabs;
     if (slicing->method)
-        return polygon_pass_draw(slicing->method, slicing->cells, picture,
+        return polygon_pass_draw(slicing->method, slicing->cells, &slicing->maps, picture,
                                  (slabs->high - slabs->low) / slabs->count, solid, err);
     picture->report->work.segments += slicing->outlines.outline_count;
     enum status status = cell_pass_draw(slicing->cells, picture, &slicing->outlines, solid, err);
@@ -410,20 +415,24 @@ static enum status draw_range(struct slicing *slicing, struct picture *picture, 
 }
 
 /* How many slabs are drawn at once. Planes as published are drawn one by one. Solids hide one
- * another by depth, and constant media of one colour are the same in any order: there a run is as
- * long as a loop may be. Several media are mixed slab by slab. */
+ * another by depth: there a run is as long as a loop may be. Several media are mixed slab by slab.
+ * Else a run is no thicker than the shell, so that what it holds of a ray is one stretch, mostly
+ * (500 layers in one pixel, RMSE: 0.0056 by runs of six thicknesses, 0.0049 by slabs). */
 static uint32_t slabs_in_run(const struct slicing *slicing, const struct picture *picture,
                              bool solid) {
     if (slicing->method)
         return 1;
     uint32_t media = 0;
-    bool any = true;
-    for (size_t i = 0; i < picture->object_count; i++)
-        if (path_object_drawn(&picture->objects[i])) {
-            media += volume_has_medium(picture->objects[i].volume);
-            any = any && picture->objects[i].any_quality;
-        }
-    return solid || any ? RUN_LONGEST : media > 1 ? 1 : RUN_SLABS;
+    double fit = RUN_SLABS;
+    for (size_t i = 0; i < picture->object_count; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!path_object_drawn(object))
+            continue;
+        media += volume_has_medium(object->volume);
+        fit = fmin(fit, object->shell->thickness /
+                            (slicing->outlines.spacing * along_ray(&object->projection.view)));
+    }
+    return solid ? RUN_LONGEST : media > 1 ? 1 : (uint32_t)fmax(fit, 1);
 }
 
 static enum status draw_slabs(struct slicing *slicing, struct picture *picture, bool solid,
