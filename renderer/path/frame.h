@@ -20,7 +20,8 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
 /* Shell: step length, extinction scale, voxels, material constants. */
 void frame_set_shell(struct frame *frame, const struct path_object *object);
 
-/* For shaders/slabs.frag: steps no longer than from plane to plane, `spacing` apart in H (view.h). */
+/* For shaders/slabs.frag: steps no longer than from plane to plane, `spacing` apart in H (view.h).
+ */
 void frame_set_spacing(struct frame *frame, double spacing);
 
 /* The most steps any segment of the object's shell needs; a segment takes PATH_STEPS_MAX at most

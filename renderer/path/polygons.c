@@ -139,8 +139,8 @@ static struct full_corner intersect(const struct path_object *object, uint32_t p
     return (struct full_corner){
         {(float)((a[0] + s * (b[0] - a[0])) / w), (float)((a[1] + s * (b[1] - a[1])) / w),
          (float)DEPTH_OF_T(h - 1, projection->view.depth_scale)},
-        {(float)(uv0[0] + u[i] + s * (u[j] - u[i])),
-         (float)(uv0[1] + v[i] + s * (v[j] - v[i])), (float)(w_a + s * (w_b - w_a))},
+        {(float)(uv0[0] + u[i] + s * (u[j] - u[i])), (float)(uv0[1] + v[i] + s * (v[j] - v[i])),
+         (float)(w_a + s * (w_b - w_a))},
         prism};
 }
 
@@ -228,8 +228,8 @@ size_t polygon_pass_corners(const struct polygon_pass *pass) {
 }
 
 enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *tables,
-                              struct prism_maps *maps, struct picture *picture, double spacing, bool solid,
-                              struct error *err) {
+                              struct prism_maps *maps, struct picture *picture, double spacing,
+                              bool solid, struct error *err) {
     enum status status = STATUS_OK;
     bool full = pass->method == SCENE_SLICING_SOFTWARE;
     size_t vertex_bytes = pass->count * (full ? sizeof *pass->full : sizeof *pass->named);

@@ -36,7 +36,7 @@ size_t polygon_pass_corners(const struct polygon_pass *pass); /* that wait to be
 /* Draws and forgets what was appended; `spacing` of the planes in H. Shells are in `tables`, their
  * own maps in `maps` where an object is exact. */
 enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *tables,
-                              struct prism_maps *maps, struct picture *picture, double spacing, bool solid,
-                              struct error *err);
+                              struct prism_maps *maps, struct picture *picture, double spacing,
+                              bool solid, struct error *err);
 
 #endif

@@ -312,17 +312,16 @@ static enum status open_parts(const struct slicing *slicing, const struct pictur
 }
 
 /* Appends what slab k holds of one shell, in turned order if asked; false where memory ran out. */
-static bool append_part(struct slicing *slicing, const struct picture *picture,
-                        struct part *part, uint32_t k, bool turned) {
+static bool append_part(struct slicing *slicing, const struct picture *picture, struct part *part,
+                        uint32_t k, bool turned) {
     const struct slab_cells *cells = &part->cells;
     const struct path_object *object = &picture->objects[part->object];
     double low = slabs_plane(&slicing->slabs, k), high = slabs_plane(&slicing->slabs, k + 1);
     if (part->order.shell)
         slab_order_find(&part->order, cells, low, high, turned);
     for (uint32_t n = 0; n < cells->active_count; n++) {
-        uint32_t at = part->order.shell
-                          ? part->order.order[n]
-                          : cells->active[turned ? cells->active_count - 1 - n : n];
+        uint32_t at = part->order.shell ? part->order.order[n]
+                                        : cells->active[turned ? cells->active_count - 1 - n : n];
         bool appended;
         if (slicing->method) {
             appended = polygon_pass_append(slicing->method, object, part->object, cells->cell[at],

@@ -117,8 +117,8 @@ void slab_order_find(struct slab_order *order, const struct slab_cells *cells, d
                 if (depth == 0)
                     break;
             }
-            next = next_behind(order, cells->cell[order->stack[depth - 1]],
-                               &order->cursor[depth - 1]);
+            next =
+                next_behind(order, cells->cell[order->stack[depth - 1]], &order->cursor[depth - 1]);
         }
     }
 }

@@ -80,8 +80,8 @@ static void test_convergence(void **state) {
     }
 }
 
-/* Read by the prisms' own map, slices as published come to what the reference's map says; linear over
- * triangles they stay off, with however many planes. Unlit, so that nothing else differs. */
+/* Read by the prisms' own map, slices as published come to what the reference's map says; linear
+ * over triangles they stay off, with however many planes. Unlit, so that nothing else differs. */
 static void test_exact_map(void **state) {
     (void)state;
     static const char scene[] =
@@ -104,8 +104,7 @@ static void test_exact_map(void **state) {
                              exact ? SCENE_MAP_EXACT : SCENE_MAP_AFFINE);
             render_result_finish(&result);
         }
-        print_message("%s, model error: affine %.1e, exact %.1e\n", methods[m], error[0],
-                      error[1]);
+        print_message("%s, model error: affine %.1e, exact %.1e\n", methods[m], error[0], error[1]);
         if (!(error[1] < 1e-3 && error[0] > 10 * error[1]))
             fail_msg("%s: %.2e by the affine map, %.2e by the exact one", methods[m], error[0],
                      error[1]);
@@ -356,6 +355,120 @@ static void test_most_planes(void **state) {
     render_result_finish(&result);
 }
 
+/* What a view of a slab of thickness 0.5 and extinction 0.5 must show, at every sample: the length
+ * of the ray at (x, y) in [-1, 1] within it. */
+struct extreme {
+    const char *what, *camera;
+    double (*length)(double x, double y);
+    double range; /* of depths along a ray, for the spacing of the planes */
+};
+
+/* Straight down from within, at 0.1 below the top: half angle 45 degrees. */
+static double length_inside(double x, double y) {
+    return 0.1 * sqrt(1 + x * x + y * y);
+}
+
+static double length_ortho(double x, double y) {
+    (void)x, (void)y;
+    return 0.5 / cos(60 * M_PI / 180);
+}
+
+/* Through both narrow sides, 8 apart. */
+static double length_edge_on(double x, double y) {
+    (void)x, (void)y;
+    return 8;
+}
+
+/* The same in perspective, from 6 before the one side and half way up: most rays leave by the
+ * bottom or the top. */
+static double length_edge_on_near(double x, double y) {
+    double s = tan(2 * M_PI / 180), end = fmin(14, 0.25 / fabs(s * y));
+    return fmax(0, end - 6) * sqrt(1 + s * s * (x * x + y * y));
+}
+
+static const struct extreme extremes[] = {
+    {"the eye inside",
+     "'eye': [0.1, 0.2, 0.1], 'target': [0.1, 0.2, -1], 'up': [0, 1, 0], "
+     "'fov_y_deg': 90",
+     length_inside, 0.1},
+    {"orthographic",
+     "'eye': [17.320508075688775, 0, 10], 'target': [0, 0, 0], 'up': [0, 1, 0], "
+     "'ortho_height': 0.1",
+     length_ortho, 8},
+    {"edge-on", "'eye': [-20, 0.1, 0.25], 'target': [0, 0.1, 0.25], 'ortho_height': 0.45",
+     length_edge_on, 8},
+    {"edge-on, in perspective", "'eye': [-10, 0.1, 0.25], 'target': [0, 0.1, 0.25], 'fov_y_deg': 4",
+     length_edge_on_near, 8},
+};
+
+/* Slabs are right to rounding, slices as published to a plane more or less at either end. */
+static void check_extreme(const struct extreme *extreme, const char *method, int planes) {
+    struct render_result result;
+    char how[64];
+    snprintf(how, sizeof how, "'slices': %d, 'method': '%s'", planes, method);
+    assert_int_equal(support_draw(renderer, &result,
+                                  "{'image': {'width': 16, 'height': 16, 'samples': 1}, 'camera': "
+                                  "{%s}, 'objects': [" SLAB "]}",
+                                  extreme->camera, 5, 3, 0.5, 0.5, how, ""),
+                     STATUS_OK);
+    bool slabs = strcmp(method, "slabs") == 0;
+    double off = 0, least = slabs ? 0 : extreme->range / planes;
+    for (int y = 0; y < 16; y++)
+        for (int x = 0; x < 16; x++) {
+            double length = extreme->length((x + 0.5) / 8 - 1, (y + 0.5) / 8 - 1);
+            double found = depth_of(support_pixel(&result, x, y)) / 0.5;
+            /* Relative to the longest: fp32 alpha near 1 resolves depths of 4 to 4e-7 of them. */
+            off = fmax(off, fabs(found - length));
+        }
+    assert_int_equal(result.report.work.slices, planes);
+    render_result_finish(&result);
+    print_message("%s, %s, %d planes: off by %.1e, a plane is %.1e\n", extreme->what, method,
+                  planes, off, extreme->range / planes);
+    if (!(off <= 2 * least + 4e-5))
+        fail_msg("%s, %s, %d planes: a length is off by %.2e", extreme->what, method, planes, off);
+}
+
+static void test_extreme_views(void **state) {
+    (void)state;
+    static const char *const methods[] = {"slabs", "software", "hybrid", "hardware"};
+    for (size_t e = 0; e < sizeof extremes / sizeof *extremes; e++)
+        for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
+            check_extreme(&extremes[e], methods[m], 1000);
+}
+
+/* As published too: as many planes as anyone asks for, and one, which stands for all of the way. */
+static void test_planes_extremes(void **state) {
+    (void)state;
+    static const char *const methods[] = {"slabs", "software", "hybrid", "hardware"};
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        check_extreme(&extremes[2], methods[m], 100000);
+        check_extreme(&extremes[2], methods[m], 1);
+    }
+}
+
+/* Two media in one place, slab by slab, 100,000 of them: sums and colours. */
+static void test_many_slabs_mix(void **state) {
+    (void)state;
+    struct render_result result;
+#define STACKED(extinction, color)                                                                 \
+    "{'shell': {'mesh': {'shape': 'plane', 'size': [8, 8], 'divisions': [1, 1]}, 'thickness': "    \
+    "0.5, 'material': {'builtin': 'homogeneous', 'extinction': " extinction ", 'color': " color    \
+    "}}, 'quality': {@}}"
+    draw(&result,
+         "{'image': {'width': 4, 'height': 4, 'samples': 1}, 'camera': {'eye': [2, -1, 5], "
+         "'target': [2, -1, 0], 'up': [0, 1, 0], 'ortho_height': 0.01}, 'objects': [" STACKED(
+             "2", "[1, 0, 0]") ", " STACKED("4", "[0, 1, 0]") "]}",
+         "'slices': 100000");
+    const float *pixel = support_pixel(&result, 2, 2);
+    double alpha = -expm1(-3);
+    print_message("100,000 slabs of two media: red off by %.1e, alpha by %.1e\n",
+                  fabs((double)pixel[0] - alpha / 3), fabs((double)pixel[3] - alpha));
+    assert_float_equal(pixel[0], alpha / 3, 2e-5);
+    assert_float_equal(pixel[1], alpha * 2 / 3, 2e-5);
+    assert_float_equal(pixel[3], alpha, 2e-5);
+    render_result_finish(&result);
+}
+
 int main(void) {
     const struct CMUnitTest closed[] = {CLOSED_FORM_TESTS};
     const struct CMUnitTest tests[] = {
@@ -370,6 +483,9 @@ int main(void) {
         cmocka_unit_test(test_meets_the_reference),
         cmocka_unit_test(test_one_plane),
         cmocka_unit_test(test_most_planes),
+        cmocka_unit_test(test_extreme_views),
+        cmocka_unit_test(test_planes_extremes),
+        cmocka_unit_test(test_many_slabs_mix),
     };
     quality = "'slices': 3";
     int failed = cmocka_run_group_tests_name("3 planes", closed, open_renderer, close_renderer);
