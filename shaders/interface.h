@@ -83,6 +83,7 @@
 #define BINDING_ENTRIES         9  /* usamplerBuffer: where rays enter a shell */
 #define BINDING_FIRST           10 /* usamplerBuffer: a sample's first entry */
 #define BINDING_BLOCKS          11 /* samplerBuffer: the blocks' lower left pixels */
+#define BINDING_CUTS            9  /* usamplerBuffer: what planes cut; slices do not walk */
 #define BINDING_MAPS            13 /* samplerBuffer: the prisms' own maps, prism_map.h */
 
 #define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
@@ -101,6 +102,11 @@
 #define WALK_TEXELS 6
 #define LOW_TEXELS  3 /* of the four vectors that a ray is met with, one after another */
 #define MAP_TEXELS  5
+
+/* A cut of a prism by a plane, one texel: the prism, the plane's depth as bits, and which edge each
+ * of six corners is on, four bits a corner; or that the shader finds out. */
+#define CUT_CORNERS   6
+#define CUT_UNDECIDED 0xffffffffu
 
 /* A face of a cell is cell << 2 | face; this is none. */
 #define LINK_NONE 0xffffffffu

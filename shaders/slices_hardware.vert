@@ -13,8 +13,7 @@
 #include "common_frame.glsl"
 #include "common_slice.glsl"
 
-layout(location = 0) in uint item; /* prism << 4 | normal edge << 1 | looks to the next one; or | 6 + edge */
-layout(location = 1) in float plane;
+layout(binding = BINDING_CUTS) uniform usamplerBuffer cuts;
 
 float d[6];
 
@@ -23,9 +22,12 @@ bool is_cut(int a, int b) {
 }
 
 void main() {
-    int prism = int(item >> 4), code = int(item & 15u), here = min(code >> 1, 2);
+    uvec3 cut = texelFetch(cuts, gl_VertexID / CUT_CORNERS).xyz;
+    int prism = int(cut.x), corner = gl_VertexID % CUT_CORNERS, here = corner >> 1;
+    float plane = uintBitsToFloat(cut.y);
     int next = (here + 1) % 3, before = (here + 2) % 3;
-    int primary = (item & 1u) != 0u ? next : before, secondary = (item & 1u) != 0u ? before : next;
+    bool onward = (corner & 1) != 0; /* looks to the next normal edge */
+    int primary = onward ? next : before, secondary = onward ? before : next;
     int i = 0;
     do {
         d[i] = distance_of(prism_vertex(prism, i), plane);
@@ -46,8 +48,8 @@ void main() {
         placed = placed || take;
     } while (++turn < 2);
     int named_a, named_b;
-    edge_ends(max(code - 6, 0), named_a, named_b);
-    bool named = code >= 6;
+    edge_ends(int(cut.z >> (4 * corner) & 15u), named_a, named_b);
+    bool named = cut.z != CUT_UNDECIDED;
     place_corner(prism, named ? named_a : a, named ? named_b : b, plane);
     gl_Position = placed || named ? gl_Position : vec4(2.0, 2.0, 2.0, 1.0);
 }

@@ -14,23 +14,34 @@ struct full_corner {
     uint32_t prism;
 };
 
-/* A corner that is named: prism << 4 | edge (hybrid), or normal edge << 1 | side, or 6 + edge
- * (hardware). */
 struct named_corner {
-    uint32_t item;
-    float plane; /* relative to the shell's centre */
+    uint32_t item; /* prism << 4 | edge */
+    float plane;   /* relative to the shell's centre */
 };
+
+/* What the hardware method draws as a fan of six corners, whose indices are always the same:
+ * CUT_CORNERS in interface.h. */
+struct cut {
+    uint32_t prism;
+    float plane;
+    uint32_t edges;
+};
+enum { CUT_INDICES = 3 * (CUT_CORNERS - 2) };
 
 struct polygon_pass {
     enum scene_slicing_method method;
     enum gl_program_id program;
     struct slice_case cases[SLICE_CASES];
-    struct full_corner *full; /* of these two, the one that the method needs */
+    /* Of these, what the method needs: software, hybrid, hardware. */
+    struct full_corner *full;
     struct named_corner *named;
-    uint32_t *indices;
+    struct cut *cuts;
+    uint32_t *indices; /* hardware: of all cuts that were ever drawn at once */
     struct cell_run *runs;
     size_t count, capacity, index_count, index_capacity, run_count, run_capacity, polygon_count;
-    GLuint array, vertices, elements, frame_buffer;
+    GLint texels_max;
+    size_t indexed; /* cuts that `elements` holds the indices of */
+    GLuint array, vertices, elements, frame_buffer, cut_texture;
 };
 
 int polygons_index(enum scene_slicing_method method) {
@@ -46,21 +57,8 @@ int polygons_index(enum scene_slicing_method method) {
     }
 }
 
-struct polygon_pass *polygon_pass_create(enum scene_slicing_method method) {
-    int index = polygons_index(method);
-    struct polygon_pass *pass = index < 0 ? NULL : calloc(1, sizeof *pass);
-    if (!pass)
-        return NULL;
-    static const enum gl_program_id programs[POLYGON_METHODS] = {
-        GL_PROGRAM_SLICES_SOFTWARE, GL_PROGRAM_SLICES_HYBRID, GL_PROGRAM_SLICES_HARDWARE};
-    pass->method = method;
-    pass->program = programs[index];
-    slice_make_cases(pass->cases);
-    glCreateBuffers(1, &pass->vertices);
-    glCreateBuffers(1, &pass->elements);
-    glCreateVertexArrays(1, &pass->array);
-    bool full = method == SCENE_SLICING_SOFTWARE;
-    glVertexArrayElementBuffer(pass->array, pass->elements);
+static void describe_corners(struct polygon_pass *pass) {
+    bool full = pass->method == SCENE_SLICING_SOFTWARE;
     glVertexArrayVertexBuffer(
         pass->array, 0, pass->vertices, 0,
         (GLsizei)(full ? sizeof(struct full_corner) : sizeof(struct named_corner)));
@@ -81,6 +79,28 @@ struct polygon_pass *polygon_pass_create(enum scene_slicing_method method) {
         glVertexArrayAttribFormat(pass->array, 1, 1, GL_FLOAT, GL_FALSE,
                                   offsetof(struct named_corner, plane));
     }
+}
+
+struct polygon_pass *polygon_pass_create(enum scene_slicing_method method) {
+    int index = polygons_index(method);
+    struct polygon_pass *pass = index < 0 ? NULL : calloc(1, sizeof *pass);
+    if (!pass)
+        return NULL;
+    static const enum gl_program_id programs[POLYGON_METHODS] = {
+        GL_PROGRAM_SLICES_SOFTWARE, GL_PROGRAM_SLICES_HYBRID, GL_PROGRAM_SLICES_HARDWARE};
+    pass->method = method;
+    pass->program = programs[index];
+    slice_make_cases(pass->cases);
+    glCreateBuffers(1, &pass->vertices);
+    glCreateBuffers(1, &pass->elements);
+    glCreateVertexArrays(1, &pass->array);
+    glVertexArrayElementBuffer(pass->array, pass->elements);
+    if (method == SCENE_SLICING_HARDWARE) {
+        glCreateTextures(GL_TEXTURE_BUFFER, 1, &pass->cut_texture);
+        glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &pass->texels_max);
+    } else {
+        describe_corners(pass);
+    }
     return pass;
 }
 
@@ -91,8 +111,10 @@ void polygon_pass_destroy(struct polygon_pass *pass) {
     glDeleteBuffers(1, &pass->vertices);
     glDeleteBuffers(1, &pass->elements);
     glDeleteBuffers(1, &pass->frame_buffer);
+    glDeleteTextures(1, &pass->cut_texture);
     free(pass->full);
     free(pass->named);
+    free(pass->cuts);
     free(pass->indices);
     free(pass->runs);
     free(pass);
@@ -144,6 +166,24 @@ static struct full_corner intersect(const struct path_object *object, uint32_t p
         prism};
 }
 
+/* The run that an object's next polygon belongs to; false where memory ran out. */
+static bool reserve_run(struct polygon_pass *pass, uint32_t index) {
+    if (pass->run_count && pass->runs[pass->run_count - 1].object == index)
+        return true;
+    void *list = pass->runs;
+    if (!cells_grow(&list, pass->run_count, 1, &pass->run_capacity, sizeof *pass->runs))
+        return false;
+    pass->runs = list;
+    pass->runs[pass->run_count++] = (struct cell_run){index, (uint32_t)pass->index_count, 0};
+    return true;
+}
+
+static void extend_run(struct polygon_pass *pass) {
+    struct cell_run *run = &pass->runs[pass->run_count - 1];
+    run->count = (uint32_t)pass->index_count - run->first;
+    pass->polygon_count++;
+}
+
 static bool reserve(struct polygon_pass *pass, uint32_t index) {
     bool full = pass->method == SCENE_SLICING_SOFTWARE;
     void *list = full ? (void *)pass->full : (void *)pass->named;
@@ -159,14 +199,7 @@ static bool reserve(struct polygon_pass *pass, uint32_t index) {
                     sizeof *pass->indices))
         return false;
     pass->indices = list;
-    if (pass->run_count && pass->runs[pass->run_count - 1].object == index)
-        return true;
-    list = pass->runs;
-    if (!cells_grow(&list, pass->run_count, 1, &pass->run_capacity, sizeof *pass->runs))
-        return false;
-    pass->runs = list;
-    pass->runs[pass->run_count++] = (struct cell_run){index, (uint32_t)pass->index_count, 0};
-    return true;
+    return reserve_run(pass, index);
 }
 
 /* A fan over the corners [first, first + corners) that were just appended. */
@@ -176,9 +209,7 @@ static void append_fan(struct polygon_pass *pass, size_t first, size_t corners) 
         pass->indices[pass->index_count++] = (uint32_t)(first + i);
         pass->indices[pass->index_count++] = (uint32_t)(first + i + 1);
     }
-    struct cell_run *run = &pass->runs[pass->run_count - 1];
-    run->count = (uint32_t)pass->index_count - run->first;
-    pass->polygon_count++;
+    extend_run(pass);
 }
 
 /* Which vertices lie behind the plane. A shader that rounds a vertex to its other side moves a
@@ -191,31 +222,76 @@ static unsigned sides_of(const struct path_object *object, uint32_t prism, doubl
     return sides;
 }
 
+/* Whether normal edges may be cut both ways (slice.h): they never are where all go the same way. */
+static bool edges_part(const struct path_object *object, uint32_t prism) {
+    bool onward = false, back = false;
+    for (int v = 0; v < 3; v++) {
+        double bottom = object->projection.clip[vertex_of(object->shell, prism, v)][2];
+        double top = object->projection.clip[vertex_of(object->shell, prism, v + 3)][2];
+        onward |= bottom < top;
+        back |= bottom > top;
+    }
+    return onward && back;
+}
+
+static void append_cut(struct polygon_pass *pass, uint32_t prism, float plane, uint32_t edges) {
+    pass->cuts[pass->count++] = (struct cut){prism, plane, edges};
+    pass->index_count += CUT_INDICES;
+    extend_run(pass);
+}
+
+/* A polygon whose edges are named, in fans of six corners around its first; what is short of six
+ * repeats the last. */
+static void append_named(struct polygon_pass *pass, uint32_t prism, float plane,
+                         const uint8_t *edge, int corners) {
+    for (int begin = 1; begin + 1 < corners; begin += CUT_CORNERS - 2) {
+        uint32_t edges = edge[0];
+        for (int i = 1; i < CUT_CORNERS; i++) {
+            int at = begin + i - 1 < corners ? begin + i - 1 : corners - 1;
+            edges |= (uint32_t)edge[at] << (4 * i);
+        }
+        append_cut(pass, prism, plane, edges);
+    }
+}
+
+/* The shader decides. Only where the paper's six corners cannot say what is cut are edges named. */
+static bool append_hardware(struct polygon_pass *pass, const struct path_object *object,
+                            uint32_t index, uint32_t prism, double h) {
+    void *list = pass->cuts;
+    if (!cells_grow(&list, pass->count, 4, &pass->capacity, sizeof *pass->cuts))
+        return false;
+    pass->cuts = list;
+    if (!reserve_run(pass, index))
+        return false;
+    float plane = (float)(h - object->projection.view.h_row[3]);
+    unsigned sides = 0;
+    bool named = edges_part(object, prism) && !slice_in_table(sides = sides_of(object, prism, h));
+    const struct slice_case *cut = &pass->cases[sides];
+    if (!named) {
+        append_cut(pass, prism, plane, CUT_UNDECIDED);
+    } else {
+        append_named(pass, prism, plane, cut->edge, cut->first);
+        append_named(pass, prism, plane, cut->edge + cut->first, cut->count - cut->first);
+    }
+    return true;
+}
+
 bool polygon_pass_append(struct polygon_pass *pass, const struct path_object *object,
                          uint32_t index, uint32_t prism, double h) {
-    unsigned sides = sides_of(object, prism, h);
-    const struct slice_case *cut = &pass->cases[sides];
-    if (cut->count == 0 && !object->every_plane)
+    if (pass->method == SCENE_SLICING_HARDWARE)
+        return append_hardware(pass, object, index, prism, h);
+    const struct slice_case *cut = &pass->cases[sides_of(object, prism, h)];
+    if (cut->count == 0)
         return true;
     if (!reserve(pass, index))
         return false;
     float plane = (float)(h - object->projection.view.h_row[3]);
-    bool six = pass->method == SCENE_SLICING_HARDWARE && slice_in_table(sides);
-    uint32_t named = pass->method == SCENE_SLICING_HARDWARE ? 6 : 0;
-    if (six) {
-        for (uint32_t i = 0; i < 6; i++)
-            pass->named[pass->count + i] = (struct named_corner){prism << 4 | i, plane};
-        pass->count += 6;
-        append_fan(pass, pass->count - 6, 6);
-        return true;
-    }
     size_t first = pass->count;
     for (int i = 0; i < cut->count; i++) {
         if (pass->method == SCENE_SLICING_SOFTWARE)
             pass->full[pass->count++] = intersect(object, prism, cut->edge[i], h);
         else
-            pass->named[pass->count++] =
-                (struct named_corner){prism << 4 | (named + cut->edge[i]), plane};
+            pass->named[pass->count++] = (struct named_corner){prism << 4 | cut->edge[i], plane};
     }
     append_fan(pass, first, cut->first);
     if (cut->first < cut->count)
@@ -224,23 +300,62 @@ bool polygon_pass_append(struct polygon_pass *pass, const struct path_object *ob
 }
 
 size_t polygon_pass_corners(const struct polygon_pass *pass) {
-    return pass->count;
+    return pass->method == SCENE_SLICING_HARDWARE ? CUT_INDICES * pass->count : pass->count;
+}
+
+/* Indices do not depend on what is cut, and stay on the device. */
+static enum status upload_cuts(struct polygon_pass *pass, struct report *report,
+                               struct error *err) {
+    if (pass->count > (size_t)pass->texels_max)
+        return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
+                           "a plane that cuts some %zu prisms: this GL holds %d in one table",
+                           pass->count, (int)pass->texels_max);
+    size_t bytes = pass->count * sizeof *pass->cuts;
+    glNamedBufferData(pass->vertices, (GLsizeiptr)bytes, pass->cuts, GL_STREAM_DRAW);
+    glTextureBuffer(pass->cut_texture, GL_RGB32UI, pass->vertices);
+    report->work.upload_bytes += bytes;
+    if (pass->count <= pass->indexed)
+        return STATUS_OK;
+    void *list = pass->indices;
+    if (!cells_grow(&list, 0, pass->index_count, &pass->index_capacity, sizeof *pass->indices))
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slices");
+    pass->indices = list;
+    size_t n = 0;
+    for (uint32_t c = 0; n < pass->index_capacity - pass->index_capacity % CUT_INDICES; c++)
+        for (uint32_t i = 1; i + 1 < CUT_CORNERS; i++) {
+            pass->indices[n++] = CUT_CORNERS * c;
+            pass->indices[n++] = CUT_CORNERS * c + i;
+            pass->indices[n++] = CUT_CORNERS * c + i + 1;
+        }
+    pass->indexed = n / CUT_INDICES;
+    glNamedBufferData(pass->elements, (GLsizeiptr)(n * sizeof *pass->indices), pass->indices,
+                      GL_STATIC_DRAW);
+    report->work.upload_bytes += n * sizeof *pass->indices;
+    return STATUS_OK;
+}
+
+static void upload_corners(struct polygon_pass *pass, struct report *report) {
+    bool full = pass->method == SCENE_SLICING_SOFTWARE;
+    size_t vertex_bytes = pass->count * (full ? sizeof *pass->full : sizeof *pass->named);
+    size_t index_bytes = pass->index_count * sizeof *pass->indices;
+    const void *data = full ? (const void *)pass->full : (const void *)pass->named;
+    glNamedBufferData(pass->vertices, (GLsizeiptr)vertex_bytes, data, GL_STREAM_DRAW);
+    glNamedBufferData(pass->elements, (GLsizeiptr)index_bytes, pass->indices, GL_STREAM_DRAW);
+    report->work.upload_bytes += vertex_bytes + index_bytes;
 }
 
 enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *tables,
                               struct prism_maps *maps, struct picture *picture, double spacing,
                               bool solid, struct error *err) {
     enum status status = STATUS_OK;
-    bool full = pass->method == SCENE_SLICING_SOFTWARE;
-    size_t vertex_bytes = pass->count * (full ? sizeof *pass->full : sizeof *pass->named);
-    size_t index_bytes = pass->index_count * sizeof *pass->indices;
-    if (pass->count) {
-        const void *data = full ? (const void *)pass->full : (const void *)pass->named;
-        glNamedBufferData(pass->vertices, (GLsizeiptr)vertex_bytes, data, GL_STREAM_DRAW);
-        glNamedBufferData(pass->elements, (GLsizeiptr)index_bytes, pass->indices, GL_STREAM_DRAW);
-        picture->report->work.upload_bytes += vertex_bytes + index_bytes;
-        picture->report->work.segments += pass->polygon_count;
-    }
+    bool hardware = pass->method == SCENE_SLICING_HARDWARE;
+    if (pass->count && !hardware)
+        upload_corners(pass, picture->report);
+    else if (pass->count)
+        status = upload_cuts(pass, picture->report, err);
+    picture->report->work.segments += pass->polygon_count;
+    if (hardware)
+        glBindTextureUnit(BINDING_CUTS, pass->cut_texture);
     glBindVertexArray(pass->array);
     glDisable(GL_CULL_FACE);
     uint32_t bound = UINT32_MAX;

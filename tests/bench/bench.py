@@ -248,6 +248,13 @@ def bench_choice(build, repeats):
     return choice.rows(build, repeats)
 
 
+def bench_slicing_cost(build, repeats):
+    """What slicing costs: growth with planes and with prisms, methods and maps, memory."""
+    run = subprocess.run([os.path.join(build, "tests/bench/bench_slicing_cost"), str(repeats)],
+                         check=True, stdout=subprocess.PIPE, text=True)
+    return [json.loads(line) for line in run.stdout.splitlines()]
+
+
 def resident_mib(pid, field="VmRSS"):
     with open(f"/proc/{pid}/status") as file:
         for line in file:
@@ -416,7 +423,8 @@ def main():
              "jobs": lambda n: bench_jobs(pelt, n),
              "sort": lambda n: bench_sort(options.build, n),
              "plan": lambda n: bench_plan(options.build, n),
-             "slicing": lambda n: bench_slicing(options.build, min(n, 5)),
+             "slicing": lambda n: (bench_slicing(options.build, min(n, 5))
+                                   + bench_slicing_cost(options.build, min(n, 5))),
              "choice": lambda n: bench_choice(options.build, min(n, 3)),
              "memory": lambda n: bench_memory(pelt, n), "cold": lambda n: bench_cold(pelt, n)}
     results = {}
