@@ -104,8 +104,9 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
         bool slicing = object->object->path == SCENE_PATH_SLICING;
         bool points = slicing && object->method != SCENE_SLICING_SLABS;
         /* Slices as published interpolate texture coordinates, unless they are asked not to. */
-        object->exact = map != SCENE_MAP_AFFINE && (map == SCENE_MAP_EXACT || !points) && path_object_drawn(object) &&
-                        !object->volume->homogeneous && !object->shell->affine;
+        object->exact = map != SCENE_MAP_AFFINE && (map == SCENE_MAP_EXACT || !points) &&
+                        path_object_drawn(object) && !object->volume->homogeneous &&
+                        !object->shell->affine;
         if (slicing)
             continue;
         enum scene_order asked = object->object->quality.order;
@@ -288,10 +289,11 @@ void plan_report(const struct plan *plan, const struct scene *scene,
     tell(report, "solid", plan->solid, "a material has a solid part",
          needs.shells ? "no material has a solid part" : NO_SHELL);
     tell(report, "sort", needs.sorted, "semi-transparent tetrahedra are drawn back to front",
-         plan->slices && plan->media ? "slabs are drawn back to front; neighbours in a run of them tell their order"
-         : plan->media               ? "rays walk from cell to cell, front to back"
-         : needs.shells              ? "nothing is semi-transparent: the first surface decides"
-                                     : NO_SHELL);
+         plan->slices && plan->media
+             ? "slabs are drawn back to front; neighbours in a run of them tell their order"
+         : plan->media  ? "rays walk from cell to cell, front to back"
+         : needs.shells ? "nothing is semi-transparent: the first surface decides"
+                        : NO_SHELL);
     tell(report, "exact-map", needs.exact, "textures are read by the prisms' own map",
          needs.curved
              ? "quality.map asks for the tetrahedra's affine map, or slices are as published"
