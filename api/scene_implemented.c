@@ -50,21 +50,6 @@ static bool material_is(const struct look *look, enum scene_material_kind kind) 
     return look->object->kind == SCENE_OBJECT_SHELL && look->object->shell.material.kind == kind;
 }
 
-static bool other_builtin(const struct look *look) {
-    if (!material_is(look, SCENE_MATERIAL_BUILTIN))
-        return false;
-    switch (look->object->shell.material.builtin) {
-    case SCENE_BUILTIN_HOMOGENEOUS:
-    case SCENE_BUILTIN_FUR:
-    case SCENE_BUILTIN_CLOUDS:
-    case SCENE_BUILTIN_FOG:
-    case SCENE_BUILTIN_CHAIN:
-        return false;
-    default:
-        return true;
-    }
-}
-
 static bool volume(const struct look *look) {
     return material_is(look, SCENE_MATERIAL_VOLUME);
 }
@@ -89,7 +74,6 @@ static const struct {
     {OBJECT, iterations, {"quality", "iterations"}, "by distance"},
     {OBJECT, relief_steps, {"quality", "relief_steps"}, "by frusta"},
     {OBJECT, bisections, {"quality", "bisections"}, "by frusta"},
-    {OBJECT, other_builtin, {"shell", "material", "builtin"}, "this material"},
     {OBJECT, volume, {"shell", "material", "volume"}, "volumes from assets"},
     {OBJECT, geometry, {"shell", "material", "geometry"}, "materials of real geometry"},
 };

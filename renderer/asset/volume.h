@@ -46,9 +46,9 @@ void volume_cache_destroy(struct volume_cache *cache); /* takes NULL; ends every
 
 /* The volume of a material, made or taken from the cache (`*made`: generated now). `pointer` is
  * that of the material in the scene. Loads the OpenImageIO module only for images. Blocks while it
- * makes one: 20-60 ms for 128 x 128 x 32 voxels, up to 2 s for 512 x 512 x 64. The caller gives the
- * volume back with volume_release(). STATUS_BAD_ASSET, STATUS_ASSET_NOT_FOUND, STATUS_IO_ERROR (no
- * OpenImageIO), STATUS_NOT_IMPLEMENTED, STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY. */
+ * makes one: 20-160 ms for 128 x 128 x 32 voxels, up to 3 s for 512 x 512 x 64. The caller gives
+ * the volume back with volume_release(). STATUS_BAD_ASSET, STATUS_ASSET_NOT_FOUND, STATUS_IO_ERROR
+ * (no OpenImageIO), STATUS_NOT_IMPLEMENTED, STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY. */
 enum status volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
                            const char *pointer, const struct asset_source *source,
                            const struct volume **volume, bool *made, struct error *err);

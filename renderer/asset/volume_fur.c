@@ -13,6 +13,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "renderer/asset/volume_fill.h"
 #include "renderer/asset/volume_generators.h"
 #include "renderer/asset/volume_random.h"
 
@@ -110,11 +111,6 @@ static struct hair make_hair(const struct scene_material *spec, uint32_t index) 
     return hair;
 }
 
-static int wrap(int i, int n) {
-    int r = i % n;
-    return r < 0 ? r + n : r;
-}
-
 /* Adds the piece of a hair between a and b (in tile widths) to one layer. `share` is how much of
  * the layer's height the piece spans, `density` the extinction inside the hair. */
 static void splat_capsule(float *layer, const int size[3], const float a[2], const float b[2],
@@ -138,9 +134,9 @@ static void splat_capsule(float *layer, const int size[3], const float a[2], con
     }
     float inverse_length2 = length2 > 0.0f ? 1.0f / length2 : 0.0f;
     float outer = 1.0f + soft, per_soft = 0.5f / soft;
-    int first = wrap(low[0], size[0]);
+    int first = fill_wrap(low[0], size[0]);
     for (int y = low[1]; y <= high[1]; y++) {
-        float *row = layer + (size_t)wrap(y, size[1]) * (size_t)size[0] * 4;
+        float *row = layer + (size_t)fill_wrap(y, size[1]) * (size_t)size[0] * 4;
         float py = (((float)y + 0.5f) * cell[1] - a[1]) / wide[1];
         for (int x = low[0], column = first; x <= high[0]; x++, column++) {
             if (column == size[0])

@@ -27,7 +27,13 @@ float volume_medium_max(const float *medium, const int size[3]);
 enum status volume_make_fur(const struct scene_material *spec, struct volume *volume);
 enum status volume_make_clouds(const struct scene_material *spec, struct volume *volume);
 enum status volume_make_fog(const struct scene_material *spec, struct volume *volume);
+enum status volume_make_weave(const struct scene_material *spec, struct volume *volume);
 enum status volume_make_chain(const struct scene_material *spec, struct volume *volume);
+enum status volume_make_rocks(const struct scene_material *spec, struct volume *volume);
+enum status volume_make_trees(const struct scene_material *spec, struct volume *volume);
+enum status volume_make_grate(const struct scene_material *spec, struct volume *volume);
+enum status volume_make_scales(const struct scene_material *spec, struct volume *volume);
+enum status volume_make_bark(const struct scene_material *spec, struct volume *volume);
 
 /* Whether one of them makes this material, and that one for spec->builtin, which must be there. */
 bool volume_builtin_exists(enum scene_builtin builtin);

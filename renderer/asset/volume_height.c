@@ -26,6 +26,7 @@
 
 #include "renderer/asset/image_oiio.h"
 #include "renderer/asset/module.h"
+#include "renderer/asset/volume_fill.h"
 #include "renderer/asset/volume_generators.h"
 
 enum { DEFAULT_DEPTH = 32, COLOR_CHANNELS = 3 };
@@ -193,8 +194,8 @@ static float steepness(const float *heights, const int size[3], int x, int y) {
     return most * (float)size[2];
 }
 
-static void fill_column(const struct volume *volume, size_t column, float height, float steep,
-                        const float color[COLOR_CHANNELS]) {
+static void fill_under(const struct volume *volume, size_t column, float height, float steep,
+                       const float color[COLOR_CHANNELS]) {
     size_t layer = (size_t)volume->size[0] * (size_t)volume->size[1] * 4;
     float scale = 0.5f / fmaxf(1.0f, steep), depth = (float)volume->size[2];
     float *voxel = volume->solid + 4 * column;
@@ -207,15 +208,15 @@ static void fill_column(const struct volume *volume, size_t column, float height
     }
 }
 
-static void fill_solid(struct volume *volume, float *heights, const float *colors) {
+void fill_heights(struct volume *volume, float *heights, const float *colors) {
     size_t count = (size_t)volume->size[0] * (size_t)volume->size[1];
     for (size_t i = 0; i < count; i++)
         heights[i] = fminf(fmaxf(heights[i], 0.0f), 1.0f);
     for (int y = 0; y < volume->size[1]; y++)
         for (int x = 0; x < volume->size[0]; x++) {
             size_t i = (size_t)y * (size_t)volume->size[0] + (size_t)x;
-            fill_column(volume, i, heights[i], steepness(heights, volume->size, x, y),
-                        colors + i * COLOR_CHANNELS);
+            fill_under(volume, i, heights[i], steepness(heights, volume->size, x, y),
+                       colors + i * COLOR_CHANNELS);
         }
 }
 
@@ -247,7 +248,7 @@ enum status volume_make_height(const struct scene_material *spec, const struct a
         status = error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for voxels");
         goto done;
     }
-    fill_solid(volume, heights, colors);
+    fill_heights(volume, heights, colors);
 done:
     free(heights);
     free(colors);

@@ -68,7 +68,13 @@ static void test_meets_on_a_plane(void **state) {
         {base, "'builtin': 'clouds', 'size': [32, 32, 16], 'specular': 0.5", turned, 1e-4},
         {base, "'builtin': 'fur', 'size': [32, 32, 16]", "", 3e-5},
         {base, "'builtin': 'fog', 'size': [32, 32, 16]", "", 3e-5},
+        {base, "'builtin': 'trees', 'size': [32, 32, 16]", "", 1e-4},
         {base, "'builtin': 'chain', 'size': [32, 32, 16]", "", 1e-4},
+        {base, "'builtin': 'weave', 'size': [32, 32, 16]", "", 1e-4},
+        {base, "'builtin': 'rocks', 'size': [32, 32, 16]", "", 1e-4},
+        {base, "'builtin': 'grate', 'size': [32, 32, 16]", "", 1e-4},
+        {base, "'builtin': 'scales', 'size': [32, 32, 16]", "", 1e-4},
+        {base, "'builtin': 'bark', 'size': [32, 32, 16]", "", 1e-4},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         double rmse = rmse_of(35, mesh, cases[k].base, cases[k].material, 1024, cases[k].rest);
