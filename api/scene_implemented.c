@@ -46,18 +46,6 @@ static bool bisections(const struct look *look) {
     return look->object->quality.bisections != 0;
 }
 
-static bool material_is(const struct look *look, enum scene_material_kind kind) {
-    return look->object->kind == SCENE_OBJECT_SHELL && look->object->shell.material.kind == kind;
-}
-
-static bool volume(const struct look *look) {
-    return material_is(look, SCENE_MATERIAL_VOLUME);
-}
-
-static bool geometry(const struct look *look) {
-    return material_is(look, SCENE_MATERIAL_GEOMETRY);
-}
-
 enum about { LIGHT, OBJECT };
 
 static const struct {
@@ -74,8 +62,6 @@ static const struct {
     {OBJECT, iterations, {"quality", "iterations"}, "by distance"},
     {OBJECT, relief_steps, {"quality", "relief_steps"}, "by frusta"},
     {OBJECT, bisections, {"quality", "bisections"}, "by frusta"},
-    {OBJECT, volume, {"shell", "material", "volume"}, "volumes from assets"},
-    {OBJECT, geometry, {"shell", "material", "geometry"}, "materials of real geometry"},
 };
 
 static void judge(enum about about, const struct look *look, struct json_path *path,

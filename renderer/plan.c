@@ -205,7 +205,11 @@ static struct needs find_needs(const struct scene *scene, const struct path_obje
             continue;
         bool medium = volume_has_medium(object->volume), solid = volume_has_solid(object->volume);
         needs.shells = true;
-        needs.images |= spec->shell.material.kind == SCENE_MATERIAL_HEIGHT;
+        const struct scene_material *material = &spec->shell.material;
+        needs.images |=
+            material->kind == SCENE_MATERIAL_HEIGHT || material->kind == SCENE_MATERIAL_VOLUME;
+        needs.gltf |= material->kind == SCENE_MATERIAL_GEOMETRY &&
+                      material->geometry.kind == SCENE_MESH_ASSET;
         needs.behind |= object->projection.behind && (medium || solid);
         needs.sorted |= medium && !object->walk && spec->path == SCENE_PATH_TETRA;
         needs.cells |= (medium || solid) && !object->walk;

@@ -27,10 +27,11 @@ static enum status prepare_shell(struct caches *caches, const struct scene_shell
         return status;
     shell_warn(object->shell, pointer, report);
     snprintf(pointer, sizeof pointer, "%s/shell/material", object->pointer);
-    status = volume_acquire(caches->volumes, &spec->material, pointer, assets, &object->volume,
-                            made, err);
+    status = volume_acquire(caches->volumes, &spec->material, spec->thickness, pointer, assets,
+                            &object->volume, made, err);
     if (status != STATUS_OK)
         return status;
+    volume_warn(object->volume, pointer, report);
     object->layers = layers_of(object->volume);
     report->work.prisms += object->mesh->triangle_count;
     report->work.tetrahedra += object->shell->tetra_count;

@@ -2,7 +2,8 @@
  * least recently used ones when they outgrow their budget.
  *
  * Two materials that differ only in how they are lit share their voxels. What makes the voxels is
- * in volume_builtin.c and volume_height.c. Not thread-safe: one cache belongs to one thread. */
+ * in volume_builtin.c, volume_height.c, volume_file.c and
+ * volume_geometry.c. Not thread-safe: one cache belongs to one thread. */
 #include "renderer/asset/volume.h"
 
 #include <gnutls/crypto.h>
@@ -128,72 +129,87 @@ static enum status check_spec(const struct scene_material *spec, const char *poi
                                 "a height material needs a height image");
         break;
     case SCENE_MATERIAL_VOLUME:
-        return member_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "volume",
-                            "volumes from files cannot be read yet");
+        if (!spec->volume)
+            return member_fault(err, STATUS_INVALID_SCENE, pointer, "volume",
+                                "a volume material needs a file");
+        break;
     case SCENE_MATERIAL_GEOMETRY:
-        return member_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "geometry",
-                            "tiles of geometry cannot be voxelised yet");
+        break;
     case SCENE_MATERIAL_NONE:
         return error_fault(err, STATUS_INVALID_SCENE, pointer, "the object has no material");
     }
-    bool sized_by_image = spec->kind == SCENE_MATERIAL_HEIGHT;
+    bool sized_by_file = spec->kind == SCENE_MATERIAL_HEIGHT || spec->kind == SCENE_MATERIAL_VOLUME;
     for (int i = 0; i < 3; i++) {
         int limit = i == 2 ? VOLUME_DEPTH_MAX : VOLUME_SIDE_MAX;
-        if (spec->size[i] > limit || spec->size[i] < (sized_by_image ? 0 : 1))
+        if (spec->size[i] > limit || spec->size[i] < (sized_by_file ? 0 : 1))
             return member_fault(err, STATUS_TOO_COMPLEX, pointer, "size",
                                 "a volume has at least 1 and at most 512 x 512 x 64 voxels");
     }
     return STATUS_OK;
 }
 
-/* The images of a height material; closed by close_images(). */
-struct images {
-    struct asset_bytes height, color;
-    bool has_height, has_color;
+/* The assets of a material, by the member that names each; closed by close_files(). A tile's mesh
+ * is opened again by what makes it: here it is but for the key. */
+enum { FILE_HEIGHT, FILE_COLOR, FILE_VOLUME, FILE_GEOMETRY, FILE_COUNT };
+
+struct files {
+    struct asset_bytes bytes[FILE_COUNT];
+    bool open[FILE_COUNT];
 };
 
-static void close_images(const struct asset_source *source, struct images *images) {
-    if (images->has_height)
-        source->close(source->user, &images->height);
-    if (images->has_color)
-        source->close(source->user, &images->color);
+static void close_files(const struct asset_source *source, struct files *files) {
+    for (int i = 0; i < FILE_COUNT; i++)
+        if (files->open[i])
+            source->close(source->user, &files->bytes[i]);
 }
 
-static enum status open_images(const struct scene_material *spec, const char *pointer,
-                               const struct asset_source *source, struct images *images,
-                               struct error *err) {
-    *images = (struct images){0};
-    if (spec->kind != SCENE_MATERIAL_HEIGHT)
-        return STATUS_OK;
-    if (!source)
-        return error_fault(err, STATUS_ASSET_NOT_FOUND, pointer, "there are no assets here");
-    char path[256];
-    snprintf(path, sizeof path, "%s/height", pointer);
-    enum status status = source->open(source->user, spec->height, path, &images->height, err);
-    if (status != STATUS_OK)
-        return status;
-    images->has_height = true;
-    if (spec->color_image) {
-        snprintf(path, sizeof path, "%s/color", pointer);
-        status = source->open(source->user, spec->color_image, path, &images->color, err);
+static enum status open_files(const struct scene_material *spec, const char *pointer,
+                              const struct asset_source *source, struct files *files,
+                              struct error *err) {
+    static const char *const members[FILE_COUNT] = {"height", "color", "volume", "geometry/asset"};
+    const char *names[FILE_COUNT] = {NULL};
+    *files = (struct files){0};
+    if (spec->kind == SCENE_MATERIAL_HEIGHT) {
+        names[FILE_HEIGHT] = spec->height;
+        names[FILE_COLOR] = spec->color_image;
+    }
+    if (spec->kind == SCENE_MATERIAL_VOLUME)
+        names[FILE_VOLUME] = spec->volume;
+    if (spec->kind == SCENE_MATERIAL_GEOMETRY && spec->geometry.kind == SCENE_MESH_ASSET)
+        names[FILE_GEOMETRY] = spec->geometry.asset;
+    for (int i = 0; i < FILE_COUNT; i++) {
+        if (!names[i])
+            continue;
+        enum status status =
+            source ? STATUS_OK
+                   : error_fault(err, STATUS_ASSET_NOT_FOUND, pointer, "there are no assets here");
+        if (status == STATUS_OK) {
+            char path[256];
+            snprintf(path, sizeof path, "%s/%s", pointer, members[i]);
+            status = source->open(source->user, names[i], path, &files->bytes[i], err);
+        }
         if (status != STATUS_OK) {
-            close_images(source, images);
+            close_files(source, files);
             return status;
         }
-        images->has_color = true;
+        files->open[i] = true;
     }
     return STATUS_OK;
 }
 
 /* Everything that the voxels depend on, hashed. Members that a material does not use are left out,
  * so that they do not make another volume of it. */
-static enum status content_key(const struct scene_material *spec, const struct images *images,
-                               unsigned char key[KEY_BYTES], struct error *err) {
+static enum status content_key(const struct scene_material *spec, double thickness,
+                               const struct files *files, unsigned char key[KEY_BYTES],
+                               struct error *err) {
     struct {
         int32_t kind, builtin, size[3];
-        uint32_t seed, has_color, pad;
-        double extinction, color[3];
-        unsigned char image[2][32];
+        uint32_t seed, has_color, mesh_kind;
+        double extinction, color[3], thickness;
+        double mesh_size[2], mesh_radius, mesh_tube, mesh_height;
+        int32_t mesh_divisions[2];
+        uint32_t mesh_seed, pad;
+        unsigned char file[FILE_COUNT][32];
     } text;
     memset(&text, 0, sizeof text);
     bool builtin = spec->kind == SCENE_MATERIAL_BUILTIN;
@@ -207,10 +223,22 @@ static enum status content_key(const struct scene_material *spec, const struct i
     text.has_color = spec->has_color;
     if (spec->has_color || homogeneous)
         memcpy(text.color, spec->color, sizeof text.color);
-    if (images->has_height)
-        memcpy(text.image[0], images->height.sha256, 32);
-    if (images->has_color)
-        memcpy(text.image[1], images->color.sha256, 32);
+    text.thickness = spec->kind == SCENE_MATERIAL_VOLUME ? thickness : 0.0;
+    if (spec->kind == SCENE_MATERIAL_GEOMETRY) {
+        const struct scene_mesh *mesh = &spec->geometry;
+        text.mesh_kind = (uint32_t)mesh->kind;
+        if (mesh->kind != SCENE_MESH_ASSET) {
+            memcpy(text.mesh_size, mesh->size, sizeof text.mesh_size);
+            text.mesh_radius = mesh->radius;
+            text.mesh_tube = mesh->tube;
+            text.mesh_height = mesh->height;
+            memcpy(text.mesh_divisions, mesh->divisions, sizeof text.mesh_divisions);
+            text.mesh_seed = mesh->seed;
+        }
+    }
+    for (int i = 0; i < FILE_COUNT; i++)
+        if (files->open[i])
+            memcpy(text.file[i], files->bytes[i].sha256, 32);
     int result = gnutls_hash_fast(GNUTLS_DIG_SHA256, &text, sizeof text, key);
     if (result == 0)
         return STATUS_OK;
@@ -219,15 +247,20 @@ static enum status content_key(const struct scene_material *spec, const struct i
                        NULL, "SHA-256 failed: %s", gnutls_strerror(result));
 }
 
-static enum status make_voxels(const struct scene_material *spec, const struct images *images,
+static enum status make_voxels(const struct scene_material *spec, double thickness,
+                               const struct files *files, const struct asset_source *source,
                                const char *pointer, struct volume *volume, struct error *err) {
     memcpy(volume->size, spec->size, sizeof volume->size);
     enum status status = STATUS_OK;
+    bool told = true; /* the maker says why it failed */
     if (spec->kind == SCENE_MATERIAL_HEIGHT) {
-        status = volume_make_height(
-            spec, &images->height, images->has_color ? &images->color : NULL, pointer, volume, err);
-        if (status != STATUS_OK)
-            return status; /* which told why */
+        status = volume_make_height(spec, &files->bytes[FILE_HEIGHT],
+                                    files->open[FILE_COLOR] ? &files->bytes[FILE_COLOR] : NULL,
+                                    pointer, volume, err);
+    } else if (spec->kind == SCENE_MATERIAL_VOLUME) {
+        status = volume_make_file(&files->bytes[FILE_VOLUME], thickness, pointer, volume, err);
+    } else if (spec->kind == SCENE_MATERIAL_GEOMETRY) {
+        status = volume_make_geometry(spec, source, pointer, volume, err);
     } else if (spec->builtin == SCENE_BUILTIN_HOMOGENEOUS) {
         volume->size[0] = volume->size[1] = volume->size[2] = 1;
         volume->homogeneous = true;
@@ -235,10 +268,12 @@ static enum status make_voxels(const struct scene_material *spec, const struct i
         memcpy(volume->radiance, spec->color, sizeof volume->radiance);
     } else {
         status = volume_make_builtin(spec, volume);
+        told = false;
     }
     if (status != STATUS_OK)
-        return error_fault(err, status, pointer, "no memory for %d x %d x %d voxels",
-                           volume->size[0], volume->size[1], volume->size[2]);
+        return told ? status
+                    : error_fault(err, status, pointer, "no memory for %d x %d x %d voxels",
+                                  volume->size[0], volume->size[1], volume->size[2]);
     size_t count = (size_t)volume->size[0] * (size_t)volume->size[1] * (size_t)volume->size[2];
     volume->bytes = sizeof(struct entry) + sizeof(struct voxels);
     volume->bytes += ((volume->medium != NULL) + (volume->solid != NULL)) * count * 16;
@@ -257,22 +292,22 @@ static bool same_light(const struct volume *a, const struct volume *b) {
 }
 
 enum status volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
-                           const char *pointer, const struct asset_source *source,
+                           double thickness, const char *pointer, const struct asset_source *source,
                            const struct volume **volume, bool *made, struct error *err) {
     *volume = NULL;
     *made = false;
     enum status status = check_spec(spec, pointer, err);
     if (status != STATUS_OK)
         return status;
-    struct images images;
-    status = open_images(spec, pointer, source, &images, err);
+    struct files files;
+    status = open_files(spec, pointer, source, &files, err);
     if (status != STATUS_OK)
         return status;
 
     unsigned char key[KEY_BYTES];
     struct entry *entry = NULL;
     struct voxels *voxels = NULL, *fresh = NULL;
-    status = content_key(spec, &images, key, err);
+    status = content_key(spec, thickness, &files, key, err);
     if (status != STATUS_OK)
         goto done;
     for (struct entry *e = cache->newest; e; e = e->older) {
@@ -294,7 +329,7 @@ enum status volume_acquire(struct volume_cache *cache, const struct scene_materi
             goto done;
         }
         memcpy(fresh->made.key, key, KEY_BYTES);
-        status = make_voxels(spec, &images, pointer, &fresh->made, err);
+        status = make_voxels(spec, thickness, &files, source, pointer, &fresh->made, err);
         if (status != STATUS_OK) {
             free_voxels(fresh);
             goto done;
@@ -322,7 +357,7 @@ enum status volume_acquire(struct volume_cache *cache, const struct scene_materi
     *volume = &entry->volume;
     trim(cache);
 done:
-    close_images(source, &images);
+    close_files(source, &files);
     return status;
 }
 
@@ -335,4 +370,22 @@ void volume_release(struct volume_cache *cache, const struct volume *volume) {
             break;
         }
     trim(cache);
+}
+
+void volume_warn(const struct volume *volume, const char *pointer, struct report *report) {
+    const struct volume_notes *notes = &volume->notes;
+    if (notes->negative)
+        report_warn(report, "volume-negative", pointer, notes->negative, 0,
+                    "%llu values of the volume are below 0; they count as 0",
+                    (unsigned long long)notes->negative);
+    if (notes->huge)
+        report_warn(report, "volume-huge", pointer, notes->huge, 0,
+                    "%llu values of the volume are beyond what is drawn (a density of 1e12 per "
+                    "unit, an alpha of 1); they count as that",
+                    (unsigned long long)notes->huge);
+    if (notes->open_edges)
+        report_warn(report, "geometry-open", pointer, notes->open_edges, 0,
+                    "the tile's mesh has %llu open edges: where it is not closed it has no inside, "
+                    "and its triangles become sheets two voxels thick",
+                    (unsigned long long)notes->open_edges);
 }

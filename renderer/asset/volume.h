@@ -1,12 +1,14 @@
-/* A material as voxels: what the built-in generators, height fields (and later volumes and
- * voxelised geometry) all become. Grid over (u, v, w): periodic in u and v, clamped in w, voxel
+/* A material as voxels: what the built-in generators, height fields, volumes from files and
+ * voxelised geometry all become. Grid over (u, v, w): periodic in u and v, clamped in w, voxel
  * centres at (k + 1/2) / n. Voxel (x, y, z) is element (z * size[1] + y) * size[0] + x. */
 #ifndef PELT_RENDERER_ASSET_VOLUME_H
 #define PELT_RENDERER_ASSET_VOLUME_H
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
+#include "api/report.h"
 #include "api/scene.h"
 #include "renderer/asset/source.h"
 
@@ -32,6 +34,12 @@ struct volume {
      * s >= 1/2 hold no extinction in `medium`. */
     float *solid;
 
+    /* What was not as it should be in what it was made from; volume_warn() tells. */
+    struct volume_notes {
+        uint64_t negative, huge; /* values brought into range */
+        uint64_t open_edges;     /* of a tile's mesh: its triangles are sheets */
+    } notes;
+
     bool lit;
     float specular, shininess;
     size_t bytes;
@@ -44,14 +52,18 @@ struct volume_cache;
 struct volume_cache *volume_cache_create(size_t bytes_max);
 void volume_cache_destroy(struct volume_cache *cache); /* takes NULL; ends every volume */
 
-/* The volume of a material, made or taken from the cache (`*made`: generated now). `pointer` is
- * that of the material in the scene. Loads the OpenImageIO module only for images. Blocks while it
- * makes one: 20-160 ms for 128 x 128 x 32 voxels, up to 3 s for 512 x 512 x 64. The caller gives
- * the volume back with volume_release(). STATUS_BAD_ASSET, STATUS_ASSET_NOT_FOUND, STATUS_IO_ERROR
- * (no OpenImageIO), STATUS_NOT_IMPLEMENTED, STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY. */
+/* The volume of a material in a shell of that thickness (object units: OpenVDB holds densities per
+ * unit), made or taken from the cache (`*made`: generated now). `pointer` is that of the material
+ * in the scene. Loads the OpenImageIO module only for images. Blocks while it makes one: 20-160 ms
+ * for 128 x 128 x 32 voxels, up to 3 s for 512 x 512 x 64. The caller gives the volume back with
+ * volume_release(). STATUS_BAD_ASSET, STATUS_ASSET_NOT_FOUND, STATUS_IO_ERROR (no OpenImageIO),
+ * STATUS_NOT_IMPLEMENTED, STATUS_TOO_COMPLEX, STATUS_OUT_OF_MEMORY. */
 enum status volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
-                           const char *pointer, const struct asset_source *source,
+                           double thickness, const char *pointer, const struct asset_source *source,
                            const struct volume **volume, bool *made, struct error *err);
+/* Adds the notes to the report, one warning for each kind. */
+void volume_warn(const struct volume *volume, const char *pointer, struct report *report);
+
 void volume_release(struct volume_cache *cache, const struct volume *volume); /* takes NULL */
 
 #endif

@@ -46,4 +46,16 @@ enum status volume_make_height(const struct scene_material *spec, const struct a
                                const struct asset_bytes *color, const char *pointer,
                                struct volume *volume, struct error *err);
 
+/* A volume from a file, for a shell of that thickness in object units. Where volume->size is 0 it
+ * is taken from the file: up to 512 x 512 x 64. Sets volume->notes. STATUS_BAD_ASSET,
+ * STATUS_IO_ERROR (no OpenImageIO), STATUS_OUT_OF_MEMORY. */
+enum status volume_make_file(const struct asset_bytes *bytes, double thickness, const char *pointer,
+                             struct volume *volume, struct error *err);
+
+/* A tile of real geometry; see volume_geometry.c. Sets volume->notes. What mesh_acquire() returns.
+ */
+enum status volume_make_geometry(const struct scene_material *spec,
+                                 const struct asset_source *source, const char *pointer,
+                                 struct volume *volume, struct error *err);
+
 #endif

@@ -28,42 +28,9 @@
 #include "renderer/asset/module.h"
 #include "renderer/asset/volume_fill.h"
 #include "renderer/asset/volume_generators.h"
+#include "renderer/asset/volume_resample.h"
 
 enum { DEFAULT_DEPTH = 32, COLOR_CHANNELS = 3 };
-
-/* Which source samples make one target sample: `count` of them from `first` on, periodically. */
-struct taps {
-    int first, count;
-    float *weights; /* within the table's own memory */
-};
-
-/* The taps of every target sample along one axis; one malloc'ed block, or NULL. */
-static struct taps *make_taps(int source, int target) {
-    double ratio = (double)source / (double)target;
-    size_t most = source > target ? (size_t)ratio + 2 : 2;
-    struct taps *taps = calloc(1, (size_t)target * (sizeof *taps + most * sizeof(float)));
-    if (!taps)
-        return NULL;
-    float *weights = (float *)(taps + target);
-    for (int i = 0; i < target; i++, weights += most) {
-        taps[i].weights = weights;
-        if (source > target) {
-            double low = i * ratio, high = (i + 1) * ratio;
-            taps[i].first = (int)low;
-            for (int j = taps[i].first; j < high && taps[i].count < (int)most; j++) {
-                double part = fmin(j + 1.0, high) - fmax(j, low);
-                weights[taps[i].count++] = (float)(part / ratio);
-            }
-        } else {
-            double at = (i + 0.5) * ratio - 0.5, whole = floor(at);
-            taps[i].first = (int)whole < 0 ? source - 1 : (int)whole;
-            taps[i].count = 2;
-            weights[0] = (float)(1.0 - (at - whole));
-            weights[1] = (float)(at - whole);
-        }
-    }
-    return taps;
-}
 
 /* What the samples of an image mean, and how many of its channels are wanted. */
 struct reading {
@@ -73,10 +40,6 @@ struct reading {
     float value_max;  /* the table's last index */
 };
 
-static float linear_from_srgb(float v) {
-    return v <= 0.04045f ? v / 12.92f : powf((v + 0.055f) / 1.055f, 2.4f);
-}
-
 /* One sample, as a height or a linear colour; grey images give their one channel three times. */
 static float read_sample(const struct reading *reading, const float *pixel, int channel) {
     const struct image_pixels *image = reading->image;
@@ -85,7 +48,7 @@ static float read_sample(const struct reading *reading, const float *pixel, int 
         return value;
     if (reading->linear_of)
         return reading->linear_of[(int)(value * reading->value_max + 0.5f)];
-    return image->is_float ? fmaxf(value, 0.0f) : linear_from_srgb(value);
+    return image->is_float ? fmaxf(value, 0.0f) : resample_linear_from_srgb(value);
 }
 
 /* The image at the size of the grid, `channels` floats a sample; malloc'ed, NULL where memory ran
@@ -93,7 +56,8 @@ static float read_sample(const struct reading *reading, const float *pixel, int 
 static float *resample(const struct reading *reading, int nx, int ny) {
     const struct image_pixels *image = reading->image;
     int channels = reading->channels;
-    struct taps *across = make_taps(image->width, nx), *down = make_taps(image->height, ny);
+    struct taps *across = resample_taps(image->width, nx, true),
+                *down = resample_taps(image->height, ny, true);
     size_t row_floats = (size_t)nx * (size_t)channels;
     float *result = calloc((size_t)ny * row_floats, sizeof *result);
     if (!across || !down || !result) {
@@ -174,7 +138,7 @@ static enum status make_colors(const struct scene_material *spec, const struct a
         reading.value_max = (float)last;
         reading.linear_of = malloc(((size_t)last + 1) * sizeof *reading.linear_of);
         for (int i = 0; reading.linear_of && i <= last; i++)
-            reading.linear_of[i] = linear_from_srgb((float)i / reading.value_max);
+            reading.linear_of[i] = resample_linear_from_srgb((float)i / reading.value_max);
     } /* without a table it takes longer, and comes to the same */
     *colors = resample(&reading, size[0], size[1]);
     free(reading.linear_of);

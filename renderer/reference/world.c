@@ -151,8 +151,8 @@ static enum status acquire(const struct scene_object *spec, struct world_object 
         return status;
     snprintf(pointer, sizeof pointer, "%s/shell/material", object->pointer);
     bool made;
-    return volume_acquire(sources->volumes, &spec->shell.material, pointer, sources->assets,
-                          &object->volume, &made, err);
+    return volume_acquire(sources->volumes, &spec->shell.material, spec->shell.thickness, pointer,
+                          sources->assets, &object->volume, &made, err);
 }
 
 static void place(struct world_object *object) {

@@ -48,17 +48,21 @@ void matrix_set_pictures(const char *folder) {
 }
 
 enum status __real_volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
-                                  const char *pointer, const struct asset_source *source,
-                                  const struct volume **volume, bool *made, struct error *err);
+                                  double thickness, const char *pointer,
+                                  const struct asset_source *source, const struct volume **volume,
+                                  bool *made, struct error *err);
 enum status __wrap_volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
-                                  const char *pointer, const struct asset_source *source,
-                                  const struct volume **volume, bool *made, struct error *err);
+                                  double thickness, const char *pointer,
+                                  const struct asset_source *source, const struct volume **volume,
+                                  bool *made, struct error *err);
 
 enum status __wrap_volume_acquire(struct volume_cache *cache, const struct scene_material *spec,
-                                  const char *pointer, const struct asset_source *source,
-                                  const struct volume **volume, bool *made, struct error *err) {
+                                  double thickness, const char *pointer,
+                                  const struct asset_source *source, const struct volume **volume,
+                                  bool *made, struct error *err) {
     bool fresh = false;
-    enum status status = __real_volume_acquire(cache, spec, pointer, source, volume, &fresh, err);
+    enum status status =
+        __real_volume_acquire(cache, spec, thickness, pointer, source, volume, &fresh, err);
     if (status == STATUS_OK && fresh && current && current->voxels) {
         struct volume *writable = (struct volume *)(uintptr_t)*volume;
         current->voxels(writable, current);

@@ -196,6 +196,27 @@ def materials():
                    {"pbrMetallicRoughness": {"baseColorFactor": [0.25, 0, 0, 1]}}]).glb()
 
 
+def cubes():
+    """Two closed cubes, 1 apart: the left one dark red, the right one textured from above: red and green
+    at the far side, blue and white at the near one (Y is up here, the near side is at z = 0)."""
+    model = Model()
+    corners = [(x, y, z) for z in (0, -1) for y in (0, 1) for x in (0, 1)]
+    indices = model.accessor([0, 5, 4, 0, 1, 5, 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1,
+                              4, 7, 6, 4, 5, 7, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5], USHORT)
+    uv = model.accessor([(x, 1 + z) for x, y, z in corners])
+    image = model.view(png([[(255, 0, 0, 255), (0, 255, 0, 255)], [(0, 0, 255, 255), (255, 255, 255, 255)]]))
+    for offset, material in ((0, 1), (2, 0)):
+        model.mesh({"attributes": {
+            "POSITION": model.accessor([(x + offset, y, z) for x, y, z in corners]), "TEXCOORD_0": uv},
+            "indices": indices, "material": material})
+    model.node(mesh=0)
+    model.node(mesh=1)
+    return model.finish(
+        images=[{"bufferView": image, "mimeType": "image/png"}], textures=[{"source": 0}], roots=(0, 1),
+        materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}},
+                   {"pbrMetallicRoughness": {"baseColorFactor": [0.25, 0, 0, 1]}}]).glb()
+
+
 def texture_transform():
     """KHR_texture_transform, required: scale 2, quarter turn, offset (0.5, 0.25); image as data URI."""
     model = Model()

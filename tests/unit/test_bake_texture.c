@@ -30,7 +30,7 @@ static struct kit open_kit(enum scene_builtin builtin, uint32_t seed, size_t bak
                                   .lit = true};
     struct kit kit = {volume_cache_create(1 << 20), bake_cache_create(bake_bytes), NULL};
     bool made;
-    assert_int_equal(volume_acquire(kit.volumes, &spec, "/m", NULL, &kit.volume, &made, NULL),
+    assert_int_equal(volume_acquire(kit.volumes, &spec, 1.0, "/m", NULL, &kit.volume, &made, NULL),
                      STATUS_OK);
     return kit;
 }

@@ -4,6 +4,7 @@
 
 #include "renderer/error/metrics.h"
 #include "tests/reference_fixture.h"
+#include "tests/unit/asset_files.h"
 
 static struct renderer *renderer;
 
@@ -34,6 +35,8 @@ static double rmse_of(int fov_y_deg, const char *mesh, const char *base, const c
     struct error err = {0};
     assert_int_equal(truth_open(&truth, SCENE, fov_y_deg, mesh, base, material, samples, rest),
                      STATUS_OK);
+    int open = 0;
+    truth.assets = (struct asset_source){files_open, files_close, &open};
     truth_draw(&truth, 0, 0);
     assert_int_equal(renderer_render(renderer, &truth.scene, &truth.assets, &drawn, &err),
                      STATUS_OK);
@@ -68,6 +71,8 @@ static void test_meets_on_a_plane(void **state) {
         {base, "'builtin': 'clouds', 'size': [32, 32, 16], 'specular': 0.5", turned, 1e-4},
         {base, "'builtin': 'fur', 'size': [32, 32, 16]", "", 3e-5},
         {base, "'builtin': 'fog', 'size': [32, 32, 16]", "", 3e-5},
+        {base, "'geometry': {'shape': 'torus', 'tube': 0.3}, 'size': [32, 32, 16]", "", 1e-4},
+        {base, "'volume': 'api/examples/assets/smoke.vdb', 'size': [32, 32, 16]", "", 1e-4},
         {base, "'builtin': 'trees', 'size': [32, 32, 16]", "", 1e-4},
         {base, "'builtin': 'chain', 'size': [32, 32, 16]", "", 1e-4},
         {base, "'builtin': 'weave', 'size': [32, 32, 16]", "", 1e-4},

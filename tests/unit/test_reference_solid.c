@@ -99,8 +99,8 @@ static void test_thin_wall(void **state) {
         const struct volume *volume;
         bool made;
         assert_int_equal(volume_acquire(truth.sources.volumes,
-                                        &truth.scene.objects[0].shell.material, "", &truth.assets,
-                                        &volume, &made, NULL),
+                                        &truth.scene.objects[0].shell.material, 1.0, "",
+                                        &truth.assets, &volume, &made, NULL),
                          STATUS_OK);
         assert_false(made);
         for (size_t p = 0; p < truth.result.count; p++) {
@@ -136,7 +136,7 @@ static double color_of(const struct truth_fixture *truth) {
     const struct volume *volume;
     bool made;
     assert_int_equal(volume_acquire(truth->sources.volumes, &truth->scene.objects[0].shell.material,
-                                    "", &truth->assets, &volume, &made, NULL),
+                                    1.0, "", &truth->assets, &volume, &made, NULL),
                      STATUS_OK);
     double color = (double)volume->solid[0] / (double)volume->solid[3];
     volume_release(truth->sources.volumes, volume);

@@ -69,8 +69,8 @@ static void open_setting(struct truth_fixture *truth, struct setting *setting) {
         assert_int_equal(mesh_acquire(truth->sources.meshes, &shell->mesh, false, "",
                                       &truth->assets, &shape->mesh, NULL),
                          STATUS_OK);
-        assert_int_equal(volume_acquire(truth->sources.volumes, &shell->material, "",
-                                        &truth->assets, &shape->volume, &made, NULL),
+        assert_int_equal(volume_acquire(truth->sources.volumes, &shell->material, shell->thickness,
+                                        "", &truth->assets, &shape->volume, &made, NULL),
                          STATUS_OK);
         assert_int_equal(
             mesh_thickness_limit(shape->mesh, shell->thickness, &shape->thickness, NULL),

@@ -26,7 +26,7 @@ static const struct volume *acquire(struct volume_cache *cache, const struct sce
     const struct volume *volume = NULL;
     bool made = !expect_made;
     struct error err = {0};
-    assert_int_equal(volume_acquire(cache, spec, "/m", NULL, &volume, &made, &err), STATUS_OK);
+    assert_int_equal(volume_acquire(cache, spec, 1.0, "/m", NULL, &volume, &made, &err), STATUS_OK);
     assert_int_equal(made, expect_made);
     assert_int_equal(err.fault_count, 0);
     assert_non_null(volume);
@@ -125,7 +125,7 @@ static void refused(const struct scene_material *spec, enum status status, const
     const struct volume *volume = (const struct volume *)1;
     bool made = true;
     struct error err = {0};
-    assert_int_equal(volume_acquire(cache, spec, "/m", NULL, &volume, &made, &err), status);
+    assert_int_equal(volume_acquire(cache, spec, 1.0, "/m", NULL, &volume, &made, &err), status);
     assert_null(volume);
     assert_false(made);
     assert_int_equal(err.status, status);
@@ -140,9 +140,7 @@ static void what_cannot_be_made_is_refused(void **state) {
     struct scene_material spec = material((enum scene_builtin)99);
     refused(&spec, STATUS_NOT_IMPLEMENTED, "/m/builtin");
     spec.kind = SCENE_MATERIAL_VOLUME;
-    refused(&spec, STATUS_NOT_IMPLEMENTED, "/m/volume");
-    spec.kind = SCENE_MATERIAL_GEOMETRY;
-    refused(&spec, STATUS_NOT_IMPLEMENTED, "/m/geometry");
+    refused(&spec, STATUS_INVALID_SCENE, "/m/volume");
     spec.kind = SCENE_MATERIAL_HEIGHT;
     refused(&spec, STATUS_INVALID_SCENE, "/m/height");
     spec = material(SCENE_BUILTIN_FUR);

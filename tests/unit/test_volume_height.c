@@ -145,7 +145,7 @@ static void make(struct fixture *f, const struct scene_material *spec) {
     struct error err = {0};
     bool made;
     f->cache = volume_cache_create(0);
-    if (volume_acquire(f->cache, spec, "/m", &source, &f->volume, &made, &err) != STATUS_OK)
+    if (volume_acquire(f->cache, spec, 1.0, "/m", &source, &f->volume, &made, &err) != STATUS_OK)
         fail_msg("%s: %s", err.faults[0].pointer, err.faults[0].message);
     assert_true(made);
     assert_non_null(f->volume->solid);
@@ -384,7 +384,7 @@ static void refused(struct shelf *shelf, const struct scene_material *spec, enum
     const struct volume *volume;
     bool made;
     struct error err = {0};
-    assert_int_equal(volume_acquire(cache, spec, "/m", &source, &volume, &made, &err), status);
+    assert_int_equal(volume_acquire(cache, spec, 1.0, "/m", &source, &volume, &made, &err), status);
     assert_null(volume);
     assert_int_equal(err.fault_count, 1);
     assert_string_equal(err.faults[0].pointer, pointer);
@@ -431,7 +431,7 @@ static void the_cache_knows_images_by_their_bytes(void **state) {
     for (int i = 0; i < 3; i++) {
         struct scene_material spec = material(names[i], NULL, 4, 4, 4);
         bool made;
-        assert_int_equal(volume_acquire(cache, &spec, "/m", &source, &volumes[i], &made, NULL),
+        assert_int_equal(volume_acquire(cache, &spec, 1.0, "/m", &source, &volumes[i], &made, NULL),
                          STATUS_OK);
         assert_int_equal(made, i != 1);
     }

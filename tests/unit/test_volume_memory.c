@@ -41,12 +41,13 @@ static long run_once(const struct scene_material *spec, const struct asset_sourc
     struct error err = {0};
     struct volume_cache *cache = volume_cache_create(1 << 20);
     fail_at = n;
-    enum status status = volume_acquire(cache, spec, "/m", source, &volume, &made, &err);
+    enum status status = volume_acquire(cache, spec, 1.0, "/m", source, &volume, &made, &err);
     *done = fail_at >= 0 || n < 0;
     fail_at = -1;
     /* A reader that goes without memory may call its file damaged. */
     if (status != STATUS_OK && status != STATUS_OUT_OF_MEMORY &&
-        !(status == STATUS_BAD_ASSET && spec->kind == SCENE_MATERIAL_HEIGHT))
+        !(status == STATUS_BAD_ASSET &&
+          (spec->kind == SCENE_MATERIAL_HEIGHT || spec->kind == SCENE_MATERIAL_VOLUME)))
         fail_msg("allocation %ld: %s", n, status_slug(status));
     assert_true((status == STATUS_OK) == (volume != NULL));
     assert_int_equal(made, volume != NULL);
@@ -81,6 +82,16 @@ static void built_in_materials_survive(void **state) {
     }
 }
 
+static void geometry_survives(void **state) {
+    (void)state;
+    struct scene_material spec = {
+        .kind = SCENE_MATERIAL_GEOMETRY,
+        .geometry = {.kind = SCENE_MESH_TORUS, .radius = 1, .tube = 0.4, .divisions = {6, 4}},
+        .size = {6, 6, 4},
+        .lit = true};
+    assert_true(torture(&spec, NULL, 0) >= 15);
+}
+
 /* Images: what is a kilobyte and more. Below that it is the libraries' own bookkeeping, some of it
  * in destructors, where C++ can but end the process. */
 static void height_fields_survive(void **state) {
@@ -104,6 +115,19 @@ static void height_fields_survive(void **state) {
     files_close(&open, &kept.color);
 }
 
+static void volumes_survive(void **state) {
+    (void)state;
+    int open = 0;
+    struct kept kept;
+    assert_int_equal(files_open(&open, "tests/data/volume/pages.tif", "", &kept.color, NULL),
+                     STATUS_OK);
+    struct asset_source source = {open_kept, close_kept, &kept};
+    struct scene_material spec = {
+        .kind = SCENE_MATERIAL_VOLUME, .volume = "pages", .size = {64, 64, 8}, .lit = true};
+    assert_true(torture(&spec, &source, 512) >= 5);
+    files_close(&open, &kept.color);
+}
+
 static void gradients_survive(void **state) {
     (void)state;
     static float voxels[4 * 4 * 4 * 4];
@@ -123,8 +147,8 @@ int main(void) {
         return 77;
     }
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(built_in_materials_survive),
-        cmocka_unit_test(height_fields_survive),
+        cmocka_unit_test(built_in_materials_survive), cmocka_unit_test(height_fields_survive),
+        cmocka_unit_test(geometry_survives),          cmocka_unit_test(volumes_survive),
         cmocka_unit_test(gradients_survive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
