@@ -16,7 +16,28 @@ struct truth_fixture {
     struct reference_result result;
 };
 
-/* Reads a scene given as printf-formatted JSON with ' for ", and prepares its reference. */
+/* Reads a scene, given as JSON with ' for ", and prepares its reference. */
+static inline enum status truth_open_json(struct truth_fixture *truth, struct asset_source assets,
+                                          char *json) {
+    support_quote(json);
+    memset(truth, 0, sizeof *truth);
+    struct error err = {0};
+    truth->assets = assets;
+    truth->sources = (struct reference_sources){mesh_cache_create(64 << 20),
+                                                volume_cache_create(64 << 20), &truth->assets};
+    assert_non_null(truth->sources.meshes);
+    assert_non_null(truth->sources.volumes);
+    enum status status = scene_read(json, strlen(json), &truth->arena, &truth->scene, &err);
+    if (status == STATUS_OK)
+        status = reference_create(&truth->scene, &truth->sources, &truth->reference, &err);
+    for (size_t i = 0; i < err.fault_count; i++)
+        print_message("%s: %s\n", err.faults[i].pointer ? err.faults[i].pointer : "-",
+                      err.faults[i].message);
+    error_clear(&err);
+    return status;
+}
+
+/* The same for a printf format, without assets. */
 __attribute__((format(printf, 2, 3))) static inline enum status
 truth_open(struct truth_fixture *truth, const char *format, ...) {
     char json[8192];
@@ -25,22 +46,7 @@ truth_open(struct truth_fixture *truth, const char *format, ...) {
     int length = vsnprintf(json, sizeof json, format, args);
     va_end(args);
     assert_true(length > 0 && (size_t)length < sizeof json);
-    support_quote(json);
-    memset(truth, 0, sizeof *truth);
-    struct error err = {0};
-    truth->assets.open = support_no_asset;
-    truth->sources = (struct reference_sources){mesh_cache_create(64 << 20),
-                                                volume_cache_create(64 << 20), &truth->assets};
-    assert_non_null(truth->sources.meshes);
-    assert_non_null(truth->sources.volumes);
-    enum status status = scene_read(json, (size_t)length, &truth->arena, &truth->scene, &err);
-    if (status == STATUS_OK)
-        status = reference_create(&truth->scene, &truth->sources, &truth->reference, &err);
-    for (size_t i = 0; i < err.fault_count; i++)
-        print_message("%s: %s\n", err.faults[i].pointer ? err.faults[i].pointer : "-",
-                      err.faults[i].message);
-    error_clear(&err);
-    return status;
+    return truth_open_json(truth, (struct asset_source){.open = support_no_asset}, json);
 }
 
 /* Draws the whole picture. */

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renews the pictures of the root README: api/examples/demo.png and, side by side, gallery.png.
+"""Renews the pictures of the root README: api/examples/demo.png and, in rows, gallery.png.
 
 Usage: tests/tools/make_gallery.py build/pelt"""
 
@@ -12,8 +12,9 @@ import tempfile
 from PIL import Image
 
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "api", "examples")
-GALLERY = ("torus-chain", "sphere-clouds", "cylinder-pebbles", "teapot-fur", "mesh-in-mist")
-SIDE = 192
+GALLERY = ("torus-chain", "sphere-clouds", "cylinder-pebbles", "teapot-fur", "mesh-in-mist",
+           "torus-weave", "cylinder-rocks", "forest-in-fog", "teapot-scales", "cylinder-bark")
+COLUMNS, SIDE = 5, 192
 
 
 def draw(pelt, scene, out):
@@ -22,9 +23,9 @@ def draw(pelt, scene, out):
 
 def main(pelt):
     draw(pelt, os.path.join(EXAMPLES, "demo.json"), os.path.join(EXAMPLES, "demo.png"))
-    strip = Image.new("RGB", (SIDE * len(GALLERY), SIDE), (255, 255, 255))
+    strip = Image.new("RGB", (SIDE * COLUMNS, SIDE * (len(GALLERY) // COLUMNS)), (255, 255, 255))
     with tempfile.TemporaryDirectory() as folder:
-        for column, name in enumerate(GALLERY):
+        for place, name in enumerate(GALLERY):
             with open(os.path.join(EXAMPLES, name + ".json")) as file:
                 scene = json.load(file)
             scene["image"] = dict(scene.get("image", {}), width=SIDE, height=SIDE, samples=9)
@@ -33,7 +34,7 @@ def main(pelt):
                 json.dump(scene, file)
             draw(pelt, path + ".json", path + ".png")
             picture = Image.open(path + ".png").convert("RGBA")
-            strip.paste(picture, (column * SIDE, 0), picture)
+            strip.paste(picture, (place % COLUMNS * SIDE, place // COLUMNS * SIDE), picture)
     strip.save(os.path.join(EXAMPLES, "gallery.png"), optimize=True)
 
 

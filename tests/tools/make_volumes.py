@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""Makes tests/data/volume, and with --example api/examples/assets/smoke.vdb and gears.glb: small
-volumes in the formats that are read, and broken ones. Needs numpy and PIL; the files are committed.
+"""Makes tests/data/volume, and with --example api/examples/assets/smoke.vdb: small volumes in the formats that are read, and broken ones. Needs numpy and PIL; the files are committed.
 
 The OpenVDB writer follows the library's file format, version 224: tree nodes of 32, 16 and 8 voxels
 a side, values of active voxels alone, zipped or not.

@@ -33,10 +33,12 @@ static double rmse_of(int fov_y_deg, const char *mesh, const char *base, const c
     struct render_result drawn;
     struct error_metrics metrics;
     struct error err = {0};
-    assert_int_equal(truth_open(&truth, SCENE, fov_y_deg, mesh, base, material, samples, rest),
-                     STATUS_OK);
+    char json[2048];
     int open = 0;
-    truth.assets = (struct asset_source){files_open, files_close, &open};
+    int length = snprintf(json, sizeof json, SCENE, fov_y_deg, mesh, base, material, samples, rest);
+    assert_true(length > 0 && (size_t)length < sizeof json);
+    struct asset_source files = {files_open, files_close, &open};
+    assert_int_equal(truth_open_json(&truth, files, json), STATUS_OK);
     truth_draw(&truth, 0, 0);
     assert_int_equal(renderer_render(renderer, &truth.scene, &truth.assets, &drawn, &err),
                      STATUS_OK);
