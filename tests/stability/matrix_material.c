@@ -117,6 +117,23 @@ void matrix_material(struct matrix *matrix) {
                PLANE(FROM_ABOVE, "[2, 2]", "[10000, 10000]", "clouds", "[16, 16, 8]", "256"),
                "false");
 
+    /* Every other built-in as it comes, a solid's thin parts and a medium between solids among
+     * them. */
+    static const char *const built_in[] = {"fog",   "trees",  "weave", "rocks",
+                                           "grate", "scales", "bark"};
+    for (size_t i = 0; i < sizeof built_in / sizeof *built_in; i++) {
+        snprintf(made.name, sizeof made.name, "%s", built_in[i]);
+        made.most = 1e-4;
+        made.why = "a plane is no approximation; 128 steps a voxel; measured 3e-6 to 2.8e-5";
+        matrix_add(
+            matrix, made,
+            "{" IMAGE(32) FROM_THE_FRONT LIGHTS
+            "'objects': [{'shell': {'mesh': {'shape': 'plane', 'divisions': [4, 4]}, "
+            "'thickness': 0.2, 'tiles': [2, 2], 'material': {'builtin': '%s', 'size': [16, 16, "
+            "8]}}, 'quality': {'samples': 1024}}]}",
+            built_in[i]);
+    }
+
     snprintf(made.name, sizeof made.name, "more steps than a driver turns loops");
     made.quick = false;
     made.most = 1e-3;
