@@ -171,9 +171,11 @@ asan: ## the unit tests, and some of the daemon's, under the address and UB sani
 bench: all $(BENCH_BIN) ## measure what Pelt promises; prints tables
 	@$(PYTHON) tests/bench/bench.py $(BUILD)
 
-generate: $(BUILD)/tests/tools/scene_schema $(BUILD)/tests/tools/scene_docs ## renew what api/scene_members.def makes
+generate: $(BUILD)/tests/tools/scene_schema $(BUILD)/tests/tools/scene_docs ## renew what api/*_members.def make
 	$(BUILD)/tests/tools/scene_schema > api/scene.schema.json
 	$(BUILD)/tests/tools/scene_docs > api/SCENE.md
+	$(BUILD)/tests/tools/scene_schema sequence > api/sequence.schema.json
+	$(BUILD)/tests/tools/scene_docs sequence > api/SEQUENCE.md
 	tests/tools/openapi_schemas.py
 
 stability: tests ## the stability matrix (build/stability.md), and long tests of the reference
@@ -182,7 +184,7 @@ stability: tests ## the stability matrix (build/stability.md), and long tests of
 fuzz: ## feed the reader and the shims with mutations for a minute each
 	@tests/fuzz/run $(BUILD)
 
-DOCS := README.md CHANGELOG.md LICENSE api/SCENE.md
+DOCS := README.md CHANGELOG.md LICENSE api/SCENE.md api/SEQUENCE.md
 
 install: all ## install under $(DESTDIR)$(PREFIX)
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(LIBDIR)/pelt $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/assets

@@ -17,6 +17,21 @@ const char *report_stage_name(enum report_stage stage) {
     return names[stage];
 }
 
+const char *report_part_name(enum report_part part) {
+    static const char *const names[REPORT_PART_COUNT] = {
+#define NAME(name) #name,
+        REPORT_PARTS(NAME)
+#undef NAME
+    };
+    assert(part < REPORT_PART_COUNT);
+    return names[part];
+}
+
+void report_reuse(struct report *report, enum report_part part, bool kept) {
+    struct report_reuse *reuse = &report->reuse[part];
+    *(kept ? &reuse->kept : &reuse->renewed) += 1;
+}
+
 void report_warn(struct report *report, const char *code, const char *pointer, uint64_t count,
                  uint64_t first, const char *format, ...) {
     if (report->warning_count == REPORT_WARNINGS_MAX) {

@@ -51,6 +51,29 @@ struct report_pass {
 
 enum { REPORT_PASSES_MAX = 32, REPORT_WARNINGS_MAX = 64, REPORT_LOADED_MAX = 16 };
 
+/* What outlives pictures: each of these is found as an earlier picture left it, or made anew. */
+#define REPORT_PARTS(X)                                                                            \
+    X(meshes)   /* welded, with normals and adjacency */                                           \
+    X(shells)   /* prisms and tetrahedra */                                                        \
+    X(voxels)   /* of materials */                                                                 \
+    X(textures) /* voxels and gradients in the GL */                                               \
+    X(tables)   /* meshes and shells in the GL */                                                  \
+    X(orders)   /* what lies before what, seen from this eye; always made anew */                  \
+    X(programs) /* variants of shaders */
+
+enum report_part {
+#define REPORT_PART_ENUM(name) REPORT_PART_##name,
+    REPORT_PARTS(REPORT_PART_ENUM)
+#undef REPORT_PART_ENUM
+        REPORT_PART_COUNT
+};
+
+const char *report_part_name(enum report_part part);
+
+struct report_reuse {
+    uint32_t kept, renewed;
+};
+
 struct report_work {
     uint64_t triangles, prisms, tetrahedra, slices, segments, fragments, samples;
     uint64_t draws, upload_bytes, cycles;
@@ -140,6 +163,7 @@ struct report {
     size_t pass_count, left_out_count;
     struct report_pass passes[REPORT_PASSES_MAX], left_out[REPORT_PASSES_MAX];
 
+    struct report_reuse reuse[REPORT_PART_COUNT];
     struct report_work work;
     struct report_error error;
     struct report_target target;
@@ -158,6 +182,9 @@ void report_warn(struct report *report, const char *code, const char *pointer, u
  * its reason replaced. */
 void report_pass(struct report *report, const char *name, const char *why);
 void report_left_out(struct report *report, const char *name, const char *why);
+
+/* Counts one part. */
+void report_reuse(struct report *report, enum report_part part, bool kept);
 
 /* Once total_ms is final: whether a deadline was met. */
 void report_settle(struct report *report);

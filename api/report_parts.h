@@ -8,6 +8,8 @@
 
 void report_write_build(struct json_out *out); /* "build": version and commit */
 void report_write_renderer(struct json_out *out, const struct report *report);
+void report_write_timing(struct json_out *out, const struct report *report);
+void report_write_reuse(struct json_out *out, const struct report *report);
 void report_write_work(struct json_out *out, const struct report_work *work);
 void report_write_warnings(struct json_out *out, const struct report *report);
 

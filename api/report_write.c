@@ -9,7 +9,7 @@ static void write_text(struct json_out *out, const char *name, const char *text)
     json_out_string(out, text);
 }
 
-static void write_timing(struct json_out *out, const struct report *report) {
+void report_write_timing(struct json_out *out, const struct report *report) {
     json_out_key(out, "timing_ms");
     json_out_open(out, '{');
     json_out_key(out, "total");
@@ -62,6 +62,21 @@ static void write_passes(struct json_out *out, const char *name, const struct re
         json_out_close(out, '}');
     }
     json_out_close(out, ']');
+}
+
+void report_write_reuse(struct json_out *out, const struct report *report) {
+    json_out_key(out, "reuse");
+    json_out_open(out, '{');
+    for (int i = 0; i < REPORT_PART_COUNT; i++) {
+        json_out_key(out, report_part_name((enum report_part)i));
+        json_out_open(out, '{');
+        json_out_key(out, "kept");
+        json_out_unsigned(out, report->reuse[i].kept);
+        json_out_key(out, "renewed");
+        json_out_unsigned(out, report->reuse[i].renewed);
+        json_out_close(out, '}');
+    }
+    json_out_close(out, '}');
 }
 
 void report_write_work(struct json_out *out, const struct report_work *work) {
@@ -204,7 +219,7 @@ char *report_write(const struct report *report) {
         return NULL;
     struct json_out out = {0};
     json_out_open(&out, '{');
-    write_timing(&out, report);
+    report_write_timing(&out, report);
     write_text(&out, "clock", report->clock == REPORT_CLOCK_QUERY ? "query" : "fence");
     json_out_key(&out, "cold");
     json_out_boolean(&out, report->cold);
@@ -218,6 +233,7 @@ char *report_write(const struct report *report) {
     report_write_work(&out, &report->work);
     if (report->choice.by != REPORT_CHOICE_NONE)
         write_choice(&out, &report->choice);
+    report_write_reuse(&out, report);
     if (report->error.kind != REPORT_ERROR_NONE)
         write_error(&out, &report->error);
     if (report->target.kind != REPORT_TARGET_NONE)

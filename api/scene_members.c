@@ -95,6 +95,10 @@ const struct member scene_members[] = {
         .count_offset = offsetof(node_##owner, count_), __VA_ARGS__)
 #define TRANSFORM(owner, name_, field_, sub_, text_, ...)                                          \
     ROW(owner, name_, field_, TRANSFORM, text_, .sub_node = SCENE_NODE_##sub_, __VA_ARGS__)
+#define SCENE(owner, name_, field_, text_, ...) ROW(owner, name_, field_, SCENE, text_, __VA_ARGS__)
+#define POINTER(owner, name_, field_, text_, ...)                                                  \
+    ROW(owner, name_, field_, POINTER, text_, __VA_ARGS__)
+#define ANY(owner, name_, field_, text_, ...) ROW(owner, name_, field_, ANY, text_, __VA_ARGS__)
 #include "api/scene_members.def"
 };
 

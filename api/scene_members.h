@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "api/scene.h"
+#include "api/sequence.h"
 
 /* What `transform` holds in JSON; the scene itself keeps the product. */
 struct scene_transform {
@@ -27,6 +28,8 @@ enum scene_node {
 #include "api/scene_members.def"
     SCENE_NODE_COUNT
 };
+/* Nodes of the scene come first, those of sequences behind them. */
+enum { SCENE_NODES_OF_SCENE = SCENE_NODE_sequence };
 
 enum scene_alternative {
 #define ALTERNATIVE(node, id, ...) SCENE_ALTERNATIVE_##node##_##id,
@@ -52,6 +55,9 @@ enum member_kind {
     MEMBER_LIST,      /* pointer and size_t: an array of nodes */
     MEMBER_PAIRS,     /* pointer and size_t: an array of pairs of indices */
     MEMBER_TRANSFORM, /* a transform node, kept as its matrix */
+    MEMBER_SCENE,     /* struct json_t *: a scene that is read later (sequences) */
+    MEMBER_POINTER,   /* const char *, a JSON Pointer */
+    MEMBER_ANY,       /* struct json_t *: any value */
 };
 
 struct member {

@@ -74,7 +74,8 @@ const char *reader_type_name(json_t *json) {
 
 /* The tree of a text that the scan has passed. Integers become doubles, as every number of the
  * scene fits one; jansson's own would overflow at 2^63 without a pointer. */
-static json_t *load(const char *text, size_t bytes, bool duplicates, struct error *err) {
+static json_t *load(const char *text, size_t bytes, bool duplicates, const char *what,
+                    struct error *err) {
     size_t flags = JSON_DECODE_ANY | JSON_DECODE_INT_AS_REAL;
     if (!duplicates)
         flags |= JSON_REJECT_DUPLICATES;
@@ -85,29 +86,33 @@ static json_t *load(const char *text, size_t bytes, bool duplicates, struct erro
     /* The scan has passed the text, so only memory is left to blame. jansson itself cannot be
      * asked: where a string cannot be allocated it reports a syntax error. The fuzzer and the
      * property test would see a text on which the two disagree. */
-    error_fault(err, STATUS_OUT_OF_MEMORY, "", "memory ran out while the scene was parsed (%s)",
+    error_fault(err, STATUS_OUT_OF_MEMORY, "", "memory ran out while the %s was parsed (%s)", what,
                 why.text[0] ? why.text : "no detail");
     return NULL;
 }
 
-static enum status read_text(const char *text, size_t bytes, bool duplicates, struct arena *arena,
-                             struct scene *scene, struct error *err) {
-    json_t *json = load(text, bytes, duplicates, err);
+static enum status read_text(const char *text, size_t bytes, bool duplicates, enum scene_node node,
+                             const char *what, struct arena *arena, void *out, json_t **tree,
+                             struct error *err) {
+    json_t *json = load(text, bytes, duplicates, what, err);
     if (!json)
         return err->status;
     struct reader reader = {.arena = arena, .err = err, .scan_faults = err->fault_count};
-    reader_node(&reader, SCENE_NODE_scene, json, scene);
-    json_decref(json);
+    reader_node(&reader, node, json, out);
     if (reader.out_of_memory) {
         error_clear(err);
-        return error_fault(err, STATUS_OUT_OF_MEMORY, "", "memory ran out");
+        error_fault(err, STATUS_OUT_OF_MEMORY, "", "memory ran out");
     }
+    if (err->status == STATUS_OK)
+        *tree = json;
+    else
+        json_decref(json);
     return err->status;
 }
 
-enum status scene_read(const char *json, size_t bytes, struct arena *arena, struct scene *scene,
-                       struct error *err) {
-    *scene = (struct scene){0};
+enum status reader_document(const char *json, size_t bytes, enum scene_node node, const char *what,
+                            struct arena *arena, void *out, json_t **tree, struct error *err) {
+    *tree = NULL;
     if (bytes > SCENE_BYTES_MAX)
         return refuse(err, REFUSAL_TOO_LARGE, "", "%zu bytes, at most %d", bytes, SCENE_BYTES_MAX);
     char *text = malloc(bytes + 1);
@@ -120,13 +125,23 @@ enum status scene_read(const char *json, size_t bytes, struct arena *arena, stru
     bool duplicates = false;
     enum status status = json_scan(text, bytes, SCENE_DEPTH_MAX, &duplicates, &found);
     if (status == STATUS_OK)
-        status = read_text(text, bytes, duplicates, arena, scene, &found);
+        status = read_text(text, bytes, duplicates, node, what, arena, out, tree, &found);
     free(text);
-    if (status != STATUS_OK) {
-        *scene = (struct scene){0};
+    if (status != STATUS_OK)
         /* Faults of several kinds: the one that ended the reading names the whole. */
         found.status = status;
-    }
     error_move(err, &found);
+    return status;
+}
+
+enum status scene_read(const char *json, size_t bytes, struct arena *arena, struct scene *scene,
+                       struct error *err) {
+    json_t *tree;
+    *scene = (struct scene){0};
+    enum status status =
+        reader_document(json, bytes, SCENE_NODE_scene, "scene", arena, scene, &tree, err);
+    if (status != STATUS_OK)
+        *scene = (struct scene){0};
+    json_decref(tree);
     return status;
 }

@@ -102,13 +102,10 @@ static bool is_key(enum scene_node node, const char *name) {
     return false;
 }
 
-/* Names a member of this node that is spelt nearly so, if there is one. Only for faults that are
- * kept: a text full of unknown names shall not cost their spelling. */
-static void fault_unknown(struct reader *reader, enum scene_node node, uint64_t bit,
-                          const char *name) {
+const char *reader_meant(enum scene_node node, uint64_t bit, const char *name) {
     const char *meant = NULL;
     size_t nearest = 3;
-    for (size_t i = 0; i < scene_member_count && reader->err->fault_count < ERROR_FAULTS_MAX; i++) {
+    for (size_t i = 0; i < scene_member_count; i++) {
         const struct member *member = &scene_members[i];
         if (member->node != node || (bit && !member_active(member, bit)))
             continue;
@@ -118,6 +115,15 @@ static void fault_unknown(struct reader *reader, enum scene_node node, uint64_t 
             meant = member->name;
         }
     }
+    return meant;
+}
+
+/* Only for faults that are kept: a text full of unknown names shall not cost their spelling. */
+static void fault_unknown(struct reader *reader, enum scene_node node, uint64_t bit,
+                          const char *name) {
+    const char *meant = NULL;
+    if (reader->err->fault_count < ERROR_FAULTS_MAX)
+        meant = reader_meant(node, bit, name);
     if (meant)
         reader_fault(reader, "unknown member; is `%s` meant?", meant);
     else

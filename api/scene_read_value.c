@@ -216,6 +216,18 @@ static void read_transform(struct reader *reader, const struct member *member, j
     memcpy((char *)out + member->offset, transform.matrix, sizeof transform.matrix);
 }
 
+static void read_pointer(struct reader *reader, const struct member *member, json_t *json,
+                         void *out) {
+    const char *text = json_string_value(json);
+    if (json && !text) {
+        reader_fault(reader, "must be a JSON Pointer, is %s", reader_type_name(json));
+        return;
+    }
+    const char *copy = arena_strdup(reader->arena, text ? text : "");
+    reader->out_of_memory = reader->out_of_memory || !copy;
+    memcpy((char *)out + member->offset, &copy, sizeof copy);
+}
+
 void reader_value(struct reader *reader, const struct member *member, json_t *json, void *out) {
     if (member->given)
         memcpy((char *)out + member->given - 1, &(bool){json != NULL}, sizeof(bool));
@@ -245,6 +257,13 @@ void reader_value(struct reader *reader, const struct member *member, json_t *js
         break;
     case MEMBER_TRANSFORM:
         read_transform(reader, member, json, out);
+        break;
+    case MEMBER_POINTER:
+        read_pointer(reader, member, json, out);
+        break;
+    case MEMBER_SCENE:
+    case MEMBER_ANY: /* the tree outlives the struct */
+        memcpy((char *)out + member->offset, &json, sizeof json);
         break;
     }
 }

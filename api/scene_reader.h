@@ -32,6 +32,16 @@ size_t reader_fault_count(const struct reader *reader); /* stored or not */
 /* Whether the scan found something at or below the current place. */
 bool reader_scan_found_below(const struct reader *reader);
 
+/* Reads a whole text as one node. On STATUS_OK the caller owns *tree (json_decref()), into which
+ * parts of the node may point; `what`: "scene", for messages. As scene_read(), but for clearing
+ * `out`. */
+enum status reader_document(const char *json, size_t bytes, enum scene_node node, const char *what,
+                            struct arena *arena, void *out, json_t **tree, struct error *err);
+
+/* Names a member of `node` that is spelt nearly as `name`; NULL: none. `bit`: of the alternative, 0:
+ * not known which. */
+const char *reader_meant(enum scene_node node, uint64_t bit, const char *name);
+
 /* Fills the struct of a node from a JSON object; `json` NULL: with its defaults. */
 void reader_node(struct reader *reader, enum scene_node node, json_t *json, void *out);
 

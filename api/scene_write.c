@@ -91,6 +91,11 @@ static void write_value(struct json_out *out, const struct member *member, const
     case MEMBER_PAIRS:
         write_list(out, member, value);
         break;
+    case MEMBER_SCENE: /* of sequences, which are not written */
+    case MEMBER_POINTER:
+    case MEMBER_ANY:
+        json_out_string(out, NULL);
+        break;
     case MEMBER_TRANSFORM:
         json_out_open(out, '{');
         json_out_key(out, "matrix");

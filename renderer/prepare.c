@@ -25,12 +25,18 @@ static enum status prepare_shell(struct caches *caches, const struct scene_shell
                                        pointer, &object->shell, err);
     if (status != STATUS_OK)
         return status;
+    report_reuse(report, REPORT_PART_shells, object->shell->serial <= caches->newest_shell);
+    if (object->shell->serial > caches->newest_shell)
+        caches->newest_shell = object->shell->serial;
     shell_warn(object->shell, pointer, report);
     snprintf(pointer, sizeof pointer, "%s/shell/material", object->pointer);
+    bool new_voxels = false;
     status = volume_acquire(caches->volumes, &spec->material, spec->thickness, pointer, assets,
-                            &object->volume, made, err);
+                            &object->volume, &new_voxels, err);
     if (status != STATUS_OK)
         return status;
+    *made |= new_voxels;
+    report_reuse(report, REPORT_PART_voxels, !new_voxels);
     volume_warn(object->volume, pointer, report);
     object->layers = layers_of(object->volume);
     report->work.prisms += object->mesh->triangle_count;
@@ -63,6 +69,9 @@ enum status prepare_objects(struct caches *caches, const struct scene *scene,
             mesh_acquire(caches->meshes, is_shell ? &spec->shell.mesh : &spec->mesh.mesh,
                          surface_wanted(spec) && !own_color, pointer, assets, &object->mesh, err);
         if (status == STATUS_OK) {
+            report_reuse(report, REPORT_PART_meshes, object->mesh->serial <= caches->newest_mesh);
+            if (object->mesh->serial > caches->newest_mesh)
+                caches->newest_mesh = object->mesh->serial;
             mesh_warn(object->mesh, pointer, report);
             if (is_shell)
                 status = prepare_shell(caches, &spec->shell, assets, object, made, report, err);

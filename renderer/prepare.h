@@ -14,6 +14,7 @@ struct caches {
     struct mesh_cache *meshes;
     struct shell_cache *shells;
     struct volume_cache *volumes;
+    uint64_t newest_mesh, newest_shell; /* serials: whatever has a higher one was made just now */
 };
 
 /* A volume with parts put in for measuring alone (renderer/force.h). */

@@ -400,15 +400,19 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         goto done;
     }
 
+    gl_programs_begin_picture(renderer->programs);
     for (size_t i = 0; i < prepared.object_count; i++) {
         struct path_object *object = &prepared.objects[i];
         if (!object->shell || object->volume->homogeneous)
             continue;
+        bool baked = false;
         status = bake_acquire(renderer->textures, object->volume,
                               variant_needs_normals(object, picture.lights.count), &object->baked,
-                              &report->cold, &report->work.upload_bytes, &clock, err);
+                              &baked, &report->work.upload_bytes, &clock, err);
         if (status != STATUS_OK)
             goto done;
+        report->cold |= baked;
+        report_reuse(report, REPORT_PART_textures, !baked);
     }
     stage_clock_next(&clock, REPORT_STAGE_upload, true);
     if ((status = gl_target_resize(&renderer->samples, world.width, world.height, plan.depth,
@@ -444,6 +448,8 @@ done:
         return status;
     }
     report->cold |= picture.cold;
+    gl_programs_used(renderer->programs, &report->reuse[REPORT_PART_programs].kept,
+                     &report->reuse[REPORT_PART_programs].renewed);
     report->work.samples = (uint64_t)world.width * (uint64_t)world.height;
     memcpy(report->stage_ms, stage_ms, sizeof stage_ms);
     report->total_ms = clock_now_ms() - started;
@@ -488,6 +494,8 @@ enum status renderer_render_within(struct renderer *renderer, const struct scene
         report->stage_ms[i] += first.stage_ms[i];
     report->total_ms += first.total_ms;
     report->cold |= first.cold;
+    for (int i = 0; i < REPORT_PART_COUNT; i++) /* what the first made is made now */
+        report->reuse[i] = first.reuse[i];
     report_warn(report, "walk-abandoned", "/objects", lost, 0,
                 "rays lost their way between cells; the cells were drawn one by one instead");
     return STATUS_OK;

@@ -19,17 +19,21 @@
 #include "service/encode.h"
 #include "service/files.h"
 #include "service/remote.h"
+#include "service/render_frames.h"
 #include "service/table.h"
 
 static const char usage[] =
     "usage: pelt render SCENE.json -o OUT.png [OPTIONS]\n"
     "       pelt render SCENE.json... --out-dir DIR [OPTIONS]\n"
+    "       pelt render SEQUENCE.json --frames [A-B] -o frame-%04d.png [OPTIONS]\n"
     "\n"
     "Draws scenes; - is the standard input, or output. Assets lie beside their scene.\n"
     "\n"
+    "  --frames [A-B]             draw a sequence: all its frames, or these, into numbered\n"
+    "                             pictures (-o frame-%04d.png) or an animated GIF (-o a.gif)\n"
     "  -o, --output FILE          where the picture goes\n"
     "  --out-dir DIR              one picture for each scene, named after it\n"
-    "  --format png|exr           else by the output's extension; png with --out-dir\n"
+    "  --format png|exr|gif       else by the output's extension; png with --out-dir\n"
     "  --assets DIR               where assets lie\n"
     "  --report FILE              write the report of a single scene as JSON\n"
     "  --json                     print the reports as JSON instead of a table\n"
@@ -41,7 +45,8 @@ static const char usage[] =
 struct options {
     const char *output, *out_dir, *report, *assets, *server;
     enum encode_format format;
-    bool has_format, json, quiet, verbose;
+    const char *frames_range, *format_name;
+    bool has_format, json, quiet, verbose, frames;
     struct renderer_options gl;
 };
 
@@ -53,7 +58,8 @@ enum {
     OPT_JSON,
     OPT_QUIET,
     OPT_VERBOSE,
-    OPT_SERVER
+    OPT_SERVER,
+    OPT_FRAMES
 };
 
 static bool parse_format(const char *name, enum encode_format *format) {
@@ -64,6 +70,11 @@ static bool parse_format(const char *name, enum encode_format *format) {
     else
         return false;
     return true;
+}
+
+/* Digits, or two runs of them around a hyphen: no name of a scene. */
+static bool is_range(const char *text) {
+    return text && *text >= '0' && *text <= '9' && text[strspn(text, "0123456789-")] == 0;
 }
 
 /* 0, or the exit code after a message; -1: the help was printed. */
@@ -77,6 +88,7 @@ static int parse_options(int argc, char **argv, struct options *options) {
                                          {"quiet", no_argument, NULL, OPT_QUIET},
                                          {"verbose", no_argument, NULL, OPT_VERBOSE},
                                          {"server", required_argument, NULL, OPT_SERVER},
+                                         {"frames", optional_argument, NULL, OPT_FRAMES},
                                          {"help", no_argument, NULL, 'h'},
                                          CLI_GL_OPTIONS,
                                          {0}};
@@ -93,7 +105,9 @@ static int parse_options(int argc, char **argv, struct options *options) {
             options->out_dir = optarg;
             break;
         case OPT_FORMAT:
-            good = options->has_format = parse_format(optarg, &options->format);
+            options->format_name = optarg;
+            options->has_format = parse_format(optarg, &options->format);
+            good = options->has_format || strcasecmp(optarg, "gif") == 0;
             break;
         case OPT_ASSETS:
             options->assets = optarg;
@@ -111,6 +125,12 @@ static int parse_options(int argc, char **argv, struct options *options) {
         case 'v':
         case OPT_VERBOSE:
             options->verbose = true;
+            break;
+        case OPT_FRAMES:
+            options->frames = true;
+            options->frames_range = optarg;
+            if (!optarg && is_range(argv[optind])) /* also where it stands apart */
+                options->frames_range = argv[optind++];
             break;
         case OPT_SERVER:
             options->server = optarg;
@@ -147,6 +167,8 @@ static int check_options(int scene_count, struct options *options) {
         return cli_usage("render", "one of --quiet and --json");
     if (options->json && options->output && strcmp(options->output, "-") == 0)
         return cli_usage("render", "picture and report cannot both go to the standard output");
+    if (options->format_name && !options->has_format)
+        return cli_usage("render", "a GIF is made of --frames");
     if (options->output && !options->has_format && strcmp(options->output, "-") != 0) {
         const char *dot = strrchr(options->output, '.');
         if (!dot || !parse_format(dot + 1, &options->format))
@@ -371,6 +393,24 @@ static int render_all(struct run *run, char **scenes, char **outputs, int count)
     return worst;
 }
 
+static int render_sequence(char **scenes, int count, const struct options *options) {
+    if (count != 1 || !options->output)
+        return cli_usage("render", "--frames: one sequence, and -o");
+    if (options->out_dir || options->json || options->server)
+        return cli_usage("render", "--frames goes with none of --out-dir, --json and --server");
+    struct render_frames frames = {scenes[0],
+                                   options->frames_range,
+                                   options->output,
+                                   options->assets,
+                                   options->report,
+                                   options->format_name,
+                                   options->quiet,
+                                   !options->quiet &&
+                                       (options->verbose || isatty(STDERR_FILENO)),
+                                   options->gl};
+    return render_frames(&frames);
+}
+
 int render_main(int argc, char **argv) {
     struct options options;
     int code = parse_options(argc, argv, &options);
@@ -378,6 +418,8 @@ int render_main(int argc, char **argv) {
         return code < 0 ? 0 : code;
     char **scenes = argv + optind;
     int count = argc - optind;
+    if (options.frames)
+        return render_sequence(scenes, count, &options);
     code = check_options(count, &options);
     if (code != 0)
         return code;

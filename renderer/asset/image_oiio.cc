@@ -26,6 +26,14 @@
 #include <string>
 #include <vector>
 
+// The frames are written one behind another; the file closes with the last.
+struct image_gif {
+    OIIO::Filesystem::IOVecOutput memory;
+    std::unique_ptr<OIIO::ImageOutput> output;
+    OIIO::ImageSpec spec;
+    bool begun = false;
+};
+
 namespace {
 
 using namespace pelt;
@@ -85,6 +93,54 @@ int encode_checked(const float *rgba, int width, int height, unsigned char **dat
     return 0;
 }
 
+// OpenImageIO writes GIF by gif.h, which takes what a frame has in common with the one before as
+// transparent, so a picture's own transparency cannot be kept.
+int gif_open(int width, int height, int centiseconds, image_gif **made, char *message,
+             size_t message_bytes) {
+    configure();
+    std::unique_ptr<image_gif> gif(new image_gif);
+    gif->output = ImageOutput::create("gif");
+    if (!gif->output || !gif->output->supports("ioproxy") || !gif->output->supports("multiimage")) {
+        OIIO::geterror();
+        return refuse(message, message_bytes,
+                      "this OpenImageIO cannot write animated GIF to memory");
+    }
+    gif->output->set_ioproxy(&gif->memory);
+    gif->spec = ImageSpec(width, height, 3, TypeDesc::UINT8);
+    const int rate[2] = {100, centiseconds};
+    gif->spec.attribute("FramesPerSecond",
+                        TypeDesc(TypeDesc::INT, TypeDesc::VEC2, TypeDesc::RATIONAL), rate);
+    *made = gif.release();
+    return 0;
+}
+
+int gif_write(image_gif *gif, const unsigned char *rgb, char *message, size_t message_bytes) {
+    bool opened = gif->begun
+                      ? gif->output->open("sequence.gif", gif->spec, ImageOutput::AppendSubimage)
+                      : gif->output->open("sequence.gif", gif->spec);
+    gif->begun = true;
+    if (!opened || !gif->output->write_image(TypeDesc::UINT8, rgb))
+        return refuse(message, message_bytes, "GIF: " + gif->output->geterror());
+    return 0;
+}
+
+int gif_close(image_gif *gif, unsigned char **data, size_t *bytes, char *message,
+              size_t message_bytes) {
+    bool closed = !gif->begun || gif->output->close();
+    if (!data)
+        return 0;
+    if (!closed || gif->memory.buffer().empty())
+        return refuse(message, message_bytes, "GIF: " + gif->output->geterror());
+    const std::vector<unsigned char> &buffer = gif->memory.buffer();
+    unsigned char *copy = static_cast<unsigned char *>(std::malloc(buffer.size()));
+    if (!copy)
+        return no_memory(message, message_bytes, "the GIF file");
+    std::memcpy(copy, buffer.data(), buffer.size());
+    *data = copy;
+    *bytes = buffer.size();
+    return 0;
+}
+
 // Nothing thrown by the library passes into C.
 template <typename Call> int guarded(Call call, char *message, size_t message_bytes) {
     try {
@@ -124,6 +180,32 @@ int encode_exr(const float *rgba, int width, int height, unsigned char **data, s
         message, message_bytes);
 }
 
+int gif_begin(int width, int height, int centiseconds, image_gif **gif, char *message,
+              size_t message_bytes) {
+    *gif = nullptr;
+    return guarded(
+        [&] { return gif_open(width, height, centiseconds, gif, message, message_bytes); }, message,
+        message_bytes);
+}
+
+int gif_add(image_gif *gif, const unsigned char *rgb, char *message, size_t message_bytes) {
+    return guarded([&] { return gif_write(gif, rgb, message, message_bytes); }, message,
+                   message_bytes);
+}
+
+int gif_end(image_gif *gif, unsigned char **data, size_t *bytes, char *message,
+            size_t message_bytes) {
+    if (data)
+        *data = nullptr;
+    int result = guarded([&] { return gif_close(gif, data, bytes, message, message_bytes); },
+                         message, message_bytes);
+    try {
+        delete gif;
+    } catch (...) {
+    }
+    return result;
+}
+
 // Of the library that is loaded, which need not be the one that was compiled against.
 const char *version() {
     try {
@@ -135,5 +217,5 @@ const char *version() {
 
 } // namespace
 
-extern "C" __attribute__((visibility("default")))
-const image_module pelt_image_module = {decode, decode_volume, encode_exr, version};
+extern "C" __attribute__((visibility("default"))) const image_module pelt_image_module = {
+    decode, decode_volume, encode_exr, gif_begin, gif_add, gif_end, version};

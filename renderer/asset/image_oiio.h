@@ -35,6 +35,7 @@ struct volume_pixels {
     int is_density;    /* the weight is a density (OpenVDB); else an alpha */
     int premultiplied; /* colours are already times alpha (OpenEXR) */
 };
+struct image_gif; /* an animated GIF that is being written */
 
 /* A table, so that a module needs one symbol (`pelt_image_module`). Every function returns 0 on
  * success, else one of the above and writes a message of at most message_bytes. */
@@ -52,6 +53,16 @@ struct image_module {
      * memory. The same pixels give the same bytes. */
     int (*encode_exr)(const float *rgba, int width, int height, unsigned char **data, size_t *bytes,
                       char *message, size_t message_bytes);
+    /* An animated GIF, frame by frame: 8-bit RGB, top row first, each shown for `centiseconds`,
+     * again and again. Every frame has 256 colours of its own, dithered. gif_end() gives the
+     * malloc'ed file and frees *gif, whatever it returns; data NULL: it is thrown away. The same
+     * frames give the same bytes. */
+    int (*gif_begin)(int width, int height, int centiseconds, struct image_gif **gif, char *message,
+                     size_t message_bytes);
+    int (*gif_add)(struct image_gif *gif, const unsigned char *rgb, char *message,
+                   size_t message_bytes);
+    int (*gif_end)(struct image_gif *gif, unsigned char **data, size_t *bytes, char *message,
+                   size_t message_bytes);
     const char *(*version)(void);
 };
 

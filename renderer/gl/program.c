@@ -27,11 +27,14 @@ struct entry {
     enum gl_program_id id;
     uint32_t variant;
     GLuint program;
+    uint64_t picture; /* that used it last */
 };
 
 struct gl_programs {
     struct entry *entries;
     size_t count, capacity;
+    uint64_t picture;
+    uint32_t kept, made; /* that this picture uses */
     bool counting;
     GLuint counts; /* COUNT_SLOTS sums of fetches */
 };
@@ -166,11 +169,15 @@ enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id,
     assert(id < GL_PROGRAM_COUNT);
     assert(gl_program_makes_sense(id, variant));
     variant |= programs->counting ? FLAG_COUNT : 0;
-    for (size_t i = 0; i < programs->count; i++)
-        if (programs->entries[i].id == id && programs->entries[i].variant == variant) {
-            *program = programs->entries[i].program;
+    for (size_t i = 0; i < programs->count; i++) {
+        struct entry *entry = &programs->entries[i];
+        if (entry->id == id && entry->variant == variant) {
+            programs->kept += entry->picture != programs->picture;
+            entry->picture = programs->picture;
+            *program = entry->program;
             return STATUS_OK;
         }
+    }
     if (programs->count == programs->capacity) {
         size_t capacity = programs->capacity ? programs->capacity * 2 : 16;
         struct entry *grown = realloc(programs->entries, capacity * sizeof *grown);
@@ -182,10 +189,21 @@ enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id,
     enum status status = build(id, variant, program, err);
     if (status != STATUS_OK)
         return status;
-    programs->entries[programs->count++] = (struct entry){id, variant, *program};
+    programs->entries[programs->count++] = (struct entry){id, variant, *program, programs->picture};
+    programs->made++;
     if (compiled)
         *compiled = true;
     return STATUS_OK;
+}
+
+void gl_programs_begin_picture(struct gl_programs *programs) {
+    programs->picture++;
+    programs->kept = programs->made = 0;
+}
+
+void gl_programs_used(const struct gl_programs *programs, uint32_t *kept, uint32_t *made) {
+    *kept = programs->kept;
+    *made = programs->made;
 }
 
 enum status gl_programs_count(struct gl_programs *programs, bool on, struct error *err) {

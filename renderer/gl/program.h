@@ -27,6 +27,10 @@ void gl_programs_destroy(struct gl_programs *programs);
 enum status gl_programs_get(struct gl_programs *programs, enum gl_program_id id, uint32_t variant,
                             GLuint *program, bool *compiled, struct error *err);
 
+/* How many variants were asked for since a picture began: linked before, or in it. */
+void gl_programs_begin_picture(struct gl_programs *programs);
+void gl_programs_used(const struct gl_programs *programs, uint32_t *kept, uint32_t *made);
+
 /* For measuring alone: while on, fragment shaders count the texture fetches that they execute
  * (shaders/common_count.glsl); how many since it was last turned on. STATUS_GL_ERROR. */
 enum status gl_programs_count(struct gl_programs *programs, bool on, struct error *err);

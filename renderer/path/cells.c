@@ -205,7 +205,9 @@ void cell_pass_begin_picture(struct cell_pass *pass) {
 
 enum status cell_pass_upload(struct cell_pass *pass, const struct shell *shell,
                              struct picture *picture, struct error *err) {
-    if (resident_find(&pass->shells, shell->serial))
+    bool kept = resident_find(&pass->shells, shell->serial) != NULL;
+    report_reuse(picture->report, REPORT_PART_tables, kept);
+    if (kept)
         return STATUS_OK;
     uint64_t texels = (uint64_t)shell->tetra_count * CELL_TEXELS;
     if (texels > (uint64_t)pass->texels_max)

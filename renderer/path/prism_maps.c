@@ -61,7 +61,11 @@ enum status prism_maps_prepare(struct prism_maps *maps, struct picture *picture,
     enum status status = STATUS_OK;
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
-        if (object->exact && !resident_find(&maps->shells, object->shell->serial))
+        if (!object->exact)
+            continue;
+        bool kept = resident_find(&maps->shells, object->shell->serial) != NULL;
+        report_reuse(picture->report, REPORT_PART_tables, kept);
+        if (!kept)
             status = upload(maps, object->shell, picture, err);
     }
     return status;

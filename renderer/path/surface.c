@@ -224,8 +224,9 @@ enum status surface_pass_upload(struct surface_pass *pass, struct picture *pictu
         if (!surface_wanted(object->object))
             continue;
         const struct mesh *mesh = object->mesh;
-        if (!resident_find(&pass->meshes, mesh->serial) &&
-            (status = make_mesh(pass, mesh, picture, err)) != STATUS_OK)
+        bool kept = resident_find(&pass->meshes, mesh->serial) != NULL;
+        report_reuse(picture->report, REPORT_PART_tables, kept);
+        if (!kept && (status = make_mesh(pass, mesh, picture, err)) != STATUS_OK)
             break;
         struct device_mesh *device = resident_find(&pass->meshes, mesh->serial);
         uint32_t variant =

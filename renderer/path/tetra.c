@@ -97,6 +97,7 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
     enum status status = sort_tetrahedra(shells, count, picture->met, &sorted, err);
     if (status != STATUS_OK)
         return status;
+    report_reuse(picture->report, REPORT_PART_orders, false);
     struct report_work *work = &picture->report->work;
     work->sort_nodes += sorted.count;
     work->sort_edges += sorted.edges;

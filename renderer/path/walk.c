@@ -139,7 +139,9 @@ static enum status upload_shell(struct walk_pass *pass, const struct path_object
                                 struct picture *picture, struct error *err) {
     const struct shell *shell = object->shell;
     struct device_walk *device = resident_find(&pass->shells, shell->serial);
-    if (device && (device->textures[LOW] || !object->fp64))
+    bool kept = device && (device->textures[LOW] || !object->fp64);
+    report_reuse(picture->report, REPORT_PART_tables, kept);
+    if (kept)
         return STATUS_OK;
     size_t count = shell->tetra_count;
     if (count * WALK_TEXELS > (size_t)pass->texels_max)
@@ -317,6 +319,7 @@ static enum status prepare_media(struct walk_pass *pass, struct picture *picture
     stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
     struct overlap overlap;
     enum status status = overlap_find(shells, count, picture->met, &overlap, err);
+    report_reuse(picture->report, REPORT_PART_orders, false);
     picture->report->work.fragments += overlap.fragments;
     if (status == STATUS_OK && overlap.too_many)
         status = give_up_media(picture, err);
@@ -372,6 +375,7 @@ static enum status prepare_solid(struct walk_pass *pass, struct picture *picture
                                       object->object->shell.has_base, object->fp64};
         struct overlap overlap;
         status = overlap_find(&shell, 1, picture->met, &overlap, err);
+        report_reuse(picture->report, REPORT_PART_orders, false);
         picture->report->work.fragments += overlap.fragments;
         object->solid_cells = overlap.samples > 0;
         if (status == STATUS_OK && !object->solid_cells)

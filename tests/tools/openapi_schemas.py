@@ -37,7 +37,7 @@ def rename(value, prefix):
 
 def components():
     rows = {}
-    for name in ("Scene", "Report", "Problem", "Sweep"):
+    for name in ("Scene", "Sequence", "Report", "Problem", "Sweep"):
         prefix = name + "."
         with open(os.path.join(API, name.lower() + ".schema.json")) as file:
             schema = json.load(file)

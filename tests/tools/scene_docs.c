@@ -1,4 +1,4 @@
-/* Writes api/SCENE.md, the documentation of every member of the scene, to stdout, from the table of
+/* Writes api/SCENE.md, the documentation of every member of the scene (`sequence`: api/SEQUENCE.md), to stdout, from the table of
  * members and the table of refusals. `make generate` runs it; a test holds the committed file to
  * it. */
 #include <math.h>
@@ -87,6 +87,15 @@ static void print_type(const struct member *member) {
         break;
     case MEMBER_PAIRS:
         printf("%zu to %zu pairs of integers", member->length_min, member->length_max);
+        break;
+    case MEMBER_SCENE:
+        fputs("[scene](SCENE.md)", stdout);
+        break;
+    case MEMBER_POINTER:
+        fputs("JSON Pointer", stdout);
+        break;
+    case MEMBER_ANY:
+        fputs("any", stdout);
         break;
     }
 }
@@ -199,7 +208,34 @@ static void print_node(enum scene_node node) {
     }
 }
 
-int main(void) {
+static void print_sequence(void) {
+    printf("# Sequences, version 1\n\n"
+           "<!-- Made by `make generate` from sequence_members.def: edit that. -->\n\n"
+           "A sequence is one JSON object of at most %d bytes: a [scene](SCENE.md) and tracks that say "
+           "how members of it\n"
+           "change from frame to frame. Every frame is read as a scene is; a fault names the frame, and "
+           "the track that\n"
+           "drives the member at fault.\n\n"
+           "```json\n"
+           "{\"frames\": 60, \"tracks\": [{\"pointer\": \"/objects/0/transform/rotate_deg\", "
+           "\"keys\": [\n"
+           "    {\"frame\": 0, \"value\": [0, 0, 0]}, {\"frame\": 60, \"value\": [0, 0, 360]}]}],\n"
+           " \"scene\": {\"objects\": [{\"shell\": {\"mesh\": {\"shape\": \"torus\"}, "
+           "\"material\": {\"builtin\": \"fur\"}}}]}}\n"
+           "```\n\n"
+           "All frames draw at most %llu pixels times samples together, and frames times bytes of the "
+           "text are at most\n%llu.\n",
+           SCENE_BYTES_MAX, (unsigned long long)SEQUENCE_SAMPLES_MAX,
+           (unsigned long long)SEQUENCE_TEXT_MAX);
+    for (int node = SCENE_NODES_OF_SCENE; node < SCENE_NODE_COUNT; node++)
+        print_node((enum scene_node)node);
+}
+
+int main(int argc, char **argv) {
+    if (argc == 2 && strcmp(argv[1], "sequence") == 0) {
+        print_sequence();
+        return 0;
+    }
     printf(
         "# The scene, version 1\n\n"
         "<!-- Made by `make generate` from scene_members.def and refusals.def: edit those. -->\n\n"
@@ -221,7 +257,7 @@ int main(void) {
         "digits name a file by its content.\n\n"
         "A dash as default: left out, the member is simply not there.\n",
         SCENE_BYTES_MAX, SCENE_DEPTH_MAX, SCENE_ASSET_NAME_MAX);
-    for (int node = 0; node < SCENE_NODE_COUNT; node++)
+    for (int node = 0; node < (int)SCENE_NODES_OF_SCENE; node++)
         print_node((enum scene_node)node);
     printf(
         "\n## Refused beyond the schema\n\n"

@@ -1,4 +1,4 @@
-/* Writes api/scene.schema.json (JSON Schema, draft 2020-12) to stdout, from the table of members.
+/* Writes api/scene.schema.json (`sequence`: api/sequence.schema.json; JSON Schema, draft 2020-12) to stdout, from the table of members.
  * `make generate` runs it; a test holds the committed file to it.
  *
  * What the schema cannot say is in api/refusals.def. Alternatives become a oneOf of closed objects;
@@ -177,6 +177,15 @@ static void put_member(struct json_out *out, const struct member *member) {
     case MEMBER_PAIRS:
         put_list(out, member);
         break;
+    case MEMBER_SCENE: /* every frame is one; what is given here need not be complete */
+        put_text(out, "type", "object");
+        break;
+    case MEMBER_POINTER:
+        put_text(out, "type", "string");
+        put_text(out, "pattern", "^(/([^/~]|~[01])*)+$");
+        break;
+    case MEMBER_ANY:
+        break;
     }
     if (member->has_fallback)
         put_default(out, member);
@@ -334,28 +343,41 @@ static void print_indented(const char *json) {
     putchar('\n');
 }
 
-int main(void) {
+static void put_asset_name(struct json_out *out) {
+    json_out_key(out, "asset_name");
+    json_out_open(out, '{');
+    put_text(out, "description",
+             "A name, never a path outside: no leading slash, no `..`, no backslash, no control "
+             "character; or sha256: and 64 hexadecimal digits.");
+    put_text(out, "type", "string");
+    put_number(out, "minLength", 1);
+    put_number(out, "maxLength", SCENE_ASSET_NAME_MAX);
+    put_text(out, "pattern", SCENE_ASSET_PATTERN);
+    json_out_close(out, '}');
+}
+
+int main(int argc, char **argv) {
+    bool sequence = argc == 2 && strcmp(argv[1], "sequence") == 0;
     struct json_out out = {0};
     json_out_open(&out, '{');
     put_text(&out, "$schema", "https://json-schema.org/draft/2020-12/schema");
-    put_text(&out, "$id", "https://pelt.invalid/1/scene.schema.json");
-    put_text(&out, "title", "A scene of Pelt, version 1");
-    put_text(&out, "$comment", "Made by `make generate` from scene_members.def.");
-    put_ref(&out, SCENE_NODE_scene);
+    put_text(&out, "$id",
+             sequence ? "https://pelt.invalid/1/sequence.schema.json"
+                      : "https://pelt.invalid/1/scene.schema.json");
+    put_text(&out, "title",
+             sequence ? "A sequence of Pelt, version 1" : "A scene of Pelt, version 1");
+    put_text(&out, "$comment",
+             sequence ? "Made by `make generate` from sequence_members.def."
+                      : "Made by `make generate` from scene_members.def.");
+    put_ref(&out, sequence ? SCENE_NODE_sequence : SCENE_NODE_scene);
     json_out_key(&out, "$defs");
     json_out_open(&out, '{');
-    for (int node = 0; node < SCENE_NODE_COUNT; node++)
+    int from = sequence ? (int)SCENE_NODES_OF_SCENE : 0;
+    int to = sequence ? (int)SCENE_NODE_COUNT : (int)SCENE_NODES_OF_SCENE;
+    for (int node = from; node < to; node++)
         put_node(&out, (enum scene_node)node);
-    json_out_key(&out, "asset_name");
-    json_out_open(&out, '{');
-    put_text(&out, "description",
-             "A name, never a path outside: no leading slash, no `..`, no backslash, no control "
-             "character; or sha256: and 64 hexadecimal digits.");
-    put_text(&out, "type", "string");
-    put_number(&out, "minLength", 1);
-    put_number(&out, "maxLength", SCENE_ASSET_NAME_MAX);
-    put_text(&out, "pattern", SCENE_ASSET_PATTERN);
-    json_out_close(&out, '}');
+    if (!sequence)
+        put_asset_name(&out);
     json_out_close(&out, '}');
     json_out_close(&out, '}');
     char *json = json_out_finish(&out);
