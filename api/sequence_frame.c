@@ -202,27 +202,48 @@ enum status sequence_frame(struct sequence *sequence, int frame, struct arena *a
     return found.status == STATUS_OK ? STATUS_OK : sequence_blame(sequence, frame, &found, err);
 }
 
+/* Every asset is told once, however many frames name it. */
+struct seen {
+    struct seen *next;
+    const char *name;
+};
+
 struct visiting {
     const struct sequence *sequence;
     scene_asset_visit *visit;
     void *user;
+    struct arena arena;
+    struct seen *seen;
+    bool out_of_memory;
 };
 
 static void visit_placed(void *user, const char *name, const char *pointer) {
     struct visiting *visiting = user;
     char text[JSON_PATH_BYTES + 16];
+    for (const struct seen *at = visiting->seen; at; at = at->next)
+        if (strcmp(at->name, name) == 0)
+            return;
+    struct seen *fresh = arena_alloc(&visiting->arena, 1, sizeof *fresh);
+    const char *copy = arena_strdup(&visiting->arena, name);
+    if (!fresh || !copy) {
+        visiting->out_of_memory = true;
+        return;
+    }
+    *fresh = (struct seen){visiting->seen, copy};
+    visiting->seen = fresh;
     place(visiting->sequence, pointer, text, sizeof text);
     visiting->visit(visiting->user, name, text);
 }
 
 enum status sequence_check(struct sequence *sequence, int first, int last, scene_asset_visit *visit,
                            void *user, struct error *err) {
-    struct visiting visiting = {sequence, visit, user};
+    struct visiting visiting = {.sequence = sequence, .visit = visit, .user = user};
     uint64_t samples = 0;
-    for (int frame = first; frame <= last; frame++) {
+    enum status status = STATUS_OK;
+    for (int frame = first; frame <= last && status == STATUS_OK; frame++) {
         struct arena arena = {0};
         struct scene scene;
-        enum status status = sequence_frame(sequence, frame, &arena, &scene, err);
+        status = sequence_frame(sequence, frame, &arena, &scene, err);
         if (status == STATUS_OK) {
             samples += (uint64_t)scene.image.width * (uint64_t)scene.image.height *
                        (uint64_t)scene.image.samples;
@@ -230,12 +251,13 @@ enum status sequence_check(struct sequence *sequence, int first, int last, scene
                 scene_visit_assets(&scene, visit_placed, &visiting);
         }
         arena_free(&arena);
-        if (status != STATUS_OK)
-            return status;
-        if (samples > SEQUENCE_SAMPLES_MAX)
-            return error_fault(err, STATUS_TOO_COMPLEX, "/frames",
-                               "up to frame %d there are more than %llu pixels times samples",
-                               frame, (unsigned long long)SEQUENCE_SAMPLES_MAX);
+        if (visiting.out_of_memory)
+            status = error_fault(err, STATUS_OUT_OF_MEMORY, "", "memory ran out");
+        else if (status == STATUS_OK && samples > SEQUENCE_SAMPLES_MAX)
+            status = error_fault(err, STATUS_TOO_COMPLEX, "/frames",
+                                 "up to frame %d there are more than %llu pixels times samples",
+                                 frame, (unsigned long long)SEQUENCE_SAMPLES_MAX);
     }
-    return STATUS_OK;
+    arena_free(&visiting.arena);
+    return status;
 }

@@ -41,7 +41,7 @@ static const char *element_end(const char *at, const char *end, char separator) 
 
 /* 0: no match; else the more specific, the larger. */
 static int match(const char *begin, const char *end, const char *type) {
-    size_t length = (size_t)(end - begin), full = strlen(type);
+    size_t length = (size_t)(end - begin), full = strcspn(type, ";"); /* without parameters */
     if (length == full && strncasecmp(begin, type, full) == 0)
         return 3;
     if (length == 3 && memcmp(begin, "*/*", 3) == 0)

@@ -21,6 +21,7 @@ static const struct ipc_rule {
     [IPC_TASK] = {sizeof(struct ipc_task), 1},
     [IPC_PROGRESS] = {sizeof(struct ipc_progress), 0},
     [IPC_RESULT] = {sizeof(struct ipc_result), 1},
+    [IPC_PART] = {sizeof(struct ipc_part), 0},
 };
 
 union control {

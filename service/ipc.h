@@ -8,7 +8,7 @@
  *   front -> worker   ASSET (one for each asset of the next job), then JOB
  *   worker -> front   READY or FAILED once, then DONE for each JOB
  *   front -> job process   ASSET (one for each asset), then TASK, once
- *   job process -> front   PROGRESS and RESULT, any number, then DONE, once
+ *   job process -> front   PROGRESS, RESULT and PART, any number, then DONE, once
  *
  * Scenes, assets and bodies of replies are sealed memory files; faults travel as one of pairs of
  * 0-terminated strings (pointer, message), a pointer that is absent as the single byte 0x01. */
@@ -24,7 +24,7 @@
 #include "service/job.h"
 #include "service/jobs.h"
 
-enum { IPC_VERSION = 2, IPC_MAGIC = 0x746c6570 /* "pelt" */, IPC_WORKER_FD = 3 };
+enum { IPC_VERSION = 3, IPC_MAGIC = 0x746c6570 /* "pelt" */, IPC_WORKER_FD = 3 };
 
 enum ipc_type {
     IPC_READY,
@@ -35,6 +35,7 @@ enum ipc_type {
     IPC_TASK,
     IPC_PROGRESS,
     IPC_RESULT,
+    IPC_PART,
     IPC_TYPE_COUNT
 };
 
@@ -95,7 +96,15 @@ struct ipc_progress {
 
 struct ipc_result { /* one descriptor: the output's bytes */
     char name[TASK_NAME_MAX], media_type[TASK_NAME_MAX];
-    uint64_t bytes;
+    uint64_t bytes;    /* 0 where it grows: PARTs tell how far it has come */
+    uint32_t growing;  /* 1: sealed against shrinking alone */
+    uint32_t reserved; /* 0 */
+};
+
+struct ipc_part { /* of the output that grows */
+    char name[TASK_NAME_MAX]; /* "": what is between parts, or behind the last */
+    uint64_t offset, bytes;   /* of the part in the output */
+    uint64_t total;           /* that the output has now */
 };
 
 struct ipc_message {
@@ -109,6 +118,7 @@ struct ipc_message {
         struct ipc_task task;
         struct ipc_progress progress;
         struct ipc_result result;
+        struct ipc_part part;
     } body;
     int fd; /* -1: none; whoever receives a message owns it */
 };

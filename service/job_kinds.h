@@ -18,7 +18,9 @@
 /* What runs, as its kind sees it. Everything belongs to the process that runs it, and outlives the
  * call. */
 struct task_run {
-    const struct scene *scene;
+    const struct scene *scene; /* NULL where the kind reads its own text */
+    const char *text;
+    size_t text_bytes;
     const struct asset_source *assets;
     const char *options;          /* NAME=VALUE lines, as `check` took them; "": none */
     struct renderer *renderer;    /* NULL unless the kind `draws` */
@@ -31,6 +33,12 @@ struct task_run {
      * copied. STATUS_OUT_OF_MEMORY, STATUS_IO_ERROR; STATUS_CANCELLED where nobody wants it. */
     enum status (*output)(void *user, const char *name, const char *media_type, const void *data,
                           size_t bytes, struct error *err);
+    /* One output may grow while the task runs, and be read meanwhile: begun once; then bytes are added
+     * to it, `head` and then `data`; where `part` is not NULL, `data` is fetched by that name too.
+     * What was added for good is ended with a last call without a part. Statuses as output(). */
+    enum status (*begin)(void *user, const char *name, const char *media_type, struct error *err);
+    enum status (*grow)(void *user, const char *part, const char *head, const void *data,
+                        size_t bytes, struct error *err);
     void *user;
 };
 
@@ -47,6 +55,11 @@ struct task_kind {
     enum status (*check)(const struct scene *scene, const char *options, struct error *err);
     /* In a process of its own, which ends with it. Blocks as long as it takes. */
     enum status (*run)(const struct task_run *run, struct error *err);
+    /* NULL: the text is a scene. Else: reads it as what it is, in place of scene_read(), of
+     * scene_check_implemented() and of `check`, and visits the assets that it names (`visit` may be
+     * NULL). */
+    enum status (*read)(const char *text, size_t bytes, const char *options,
+                        scene_asset_visit *visit, void *user, struct error *err);
 };
 
 extern const struct task_kind task_kinds[];
@@ -64,5 +77,10 @@ enum status task_reference_run(const struct task_run *run, struct error *err);
 /* Error against run time: paths at a ladder of qualities; job_sweep.c. */
 enum status task_sweep_check(const struct scene *scene, const char *options, struct error *err);
 enum status task_sweep_run(const struct task_run *run, struct error *err);
+
+/* The frames of a sequence: pictures one by one, GIF, index; job_sequence.c. */
+enum status task_sequence_read(const char *text, size_t bytes, const char *options,
+                               scene_asset_visit *visit, void *user, struct error *err);
+enum status task_sequence_run(const struct task_run *run, struct error *err);
 
 #endif

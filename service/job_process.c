@@ -31,6 +31,8 @@ struct job_process {
     struct child_assets assets;
     struct renderer_options options;
     atomic_bool cancelled;
+    int stream; /* of the output that grows; -1: none */
+    size_t stream_bytes;
     double told_ms;
     char told_what[TASK_NAME_MAX];
 };
@@ -83,6 +85,47 @@ static enum status add_output(void *user, const char *name, const char *media_ty
     return status;
 }
 
+static enum status send(struct job_process *process, struct ipc_message *message,
+                        struct error *err) {
+    if (ipc_send(process->socket, message, 0) == 0)
+        return STATUS_OK;
+    atomic_store(&process->cancelled, true);
+    return error_fault(err, STATUS_CANCELLED, NULL, "the front is gone");
+}
+
+static enum status begin_stream(void *user, const char *name, const char *media_type,
+                                struct error *err) {
+    struct job_process *process = user;
+    struct ipc_message message = {.header = {.type = IPC_RESULT, .job = process->task}};
+    struct ipc_result *result = &message.body.result;
+    process->stream = memfd_open("pelt-result");
+    if (process->stream < 0)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "memory file: %s", strerror(errno));
+    enum status status = memfd_seal_growing(process->stream, err);
+    snprintf(result->name, sizeof result->name, "%s", name);
+    snprintf(result->media_type, sizeof result->media_type, "%s", media_type);
+    result->growing = 1;
+    message.fd = process->stream;
+    return status == STATUS_OK ? send(process, &message, err) : status;
+}
+
+static enum status grow_stream(void *user, const char *part, const char *head, const void *data,
+                               size_t bytes, struct error *err) {
+    struct job_process *process = user;
+    struct ipc_message message = {.header = {.type = IPC_PART, .job = process->task}, .fd = -1};
+    size_t head_bytes = strlen(head);
+    enum status status = memfd_write(process->stream, head, head_bytes, err);
+    if (status == STATUS_OK)
+        status = memfd_write(process->stream, data, bytes, err);
+    if (status != STATUS_OK)
+        return status;
+    message.body.part.offset = process->stream_bytes + head_bytes;
+    message.body.part.bytes = bytes;
+    message.body.part.total = process->stream_bytes += head_bytes + bytes;
+    snprintf(message.body.part.name, sizeof message.body.part.name, "%s", part ? part : "");
+    return send(process, &message, err);
+}
+
 /* ---- the task ---- */
 
 static enum status run_scene(struct job_process *process, const struct ipc_task *task,
@@ -91,18 +134,25 @@ static enum status run_scene(struct job_process *process, const struct ipc_task 
     struct arena arena = {0};
     struct scene scene;
     struct asset_source assets = child_assets_source(&process->assets);
-    struct task_run run = {.scene = &scene,
+    struct task_run run = {.scene = kind->read ? NULL : &scene,
+                           .text = json,
+                           .text_bytes = task->scene_bytes,
                            .assets = &assets,
                            .options = task->options,
                            .cancelled = &process->cancelled,
                            .progress = tell_progress,
                            .output = add_output,
+                           .begin = begin_stream,
+                           .grow = grow_stream,
                            .user = process};
-    enum status status = scene_read(json, task->scene_bytes, &arena, &scene, err);
-    if (status == STATUS_OK)
-        status = scene_check_implemented(&scene, err);
-    if (status == STATUS_OK)
-        status = kind->check(&scene, task->options, err);
+    enum status status = STATUS_OK;
+    if (!kind->read) { /* else run() reads it */
+        status = scene_read(json, task->scene_bytes, &arena, &scene, err);
+        if (status == STATUS_OK)
+            status = scene_check_implemented(&scene, err);
+        if (status == STATUS_OK)
+            status = kind->check(&scene, task->options, err);
+    }
     if (status == STATUS_OK && kind->draws)
         status = renderer_create(&process->options, &run.renderer, err);
     if (status == STATUS_OK)
@@ -173,7 +223,10 @@ int job_process_main(int argc, char **argv) {
         return status_exit_code(STATUS_OUT_OF_MEMORY);
     process->socket = IPC_WORKER_FD;
     process->options = options;
+    process->stream = -1;
     bool sane = serve(process);
+    if (process->stream >= 0)
+        close(process->stream);
     free(process);
     return sane ? 0 : status_exit_code(STATUS_INTERNAL);
 }

@@ -101,9 +101,11 @@ static bool handle_result(struct job_runner *runner, struct ipc_message *message
     if (!is_word(result->name, sizeof result->name, "abcdefghijklmnopqrstuvwxyz0123456789._-") ||
         !is_word(result->media_type, sizeof result->media_type,
                  "abcdefghijklmnopqrstuvwxyz0123456789._-+/;= ") ||
-        !memfd_is_sealed(message->fd, result->bytes))
+        !(result->growing ? result->bytes == 0 && memfd_holds(message->fd, 0)
+                          : memfd_is_sealed(message->fd, result->bytes)))
         return false;
-    struct task_output output = {.fd = message->fd, .bytes = result->bytes};
+    struct task_output output = {
+        .fd = message->fd, .bytes = result->bytes, .grows = result->growing};
     memcpy(output.name, result->name, sizeof output.name);
     memcpy(output.media_type, result->media_type, sizeof output.media_type);
     struct error err = {0};
@@ -111,6 +113,24 @@ static bool handle_result(struct job_runner *runner, struct ipc_message *message
         message->fd = -1;
         return true;
     }
+    fail(runner, &err);
+    kill_process(runner);
+    return true;
+}
+
+static bool handle_part(struct job_runner *runner, struct ipc_message *message) {
+    const struct ipc_part *part = &message->body.part;
+    struct task_part added = {.offset = part->offset, .bytes = part->bytes};
+    bool named = part->name[0] != 0;
+    if (named && (!is_word(part->name, sizeof part->name, "abcdefghijklmnopqrstuvwxyz0123456789._-") ||
+                  strlen(part->name) >= sizeof added.name))
+        return false;
+    if (named)
+        memcpy(added.name, part->name, sizeof added.name);
+    struct error err = {0};
+    if (jobs_grow(runner->jobs, runner->task, named ? &added : NULL, part->total, jobs_time_now(),
+                  &err) == STATUS_OK)
+        return true;
     fail(runner, &err);
     kill_process(runner);
     return true;
@@ -138,6 +158,7 @@ static bool handle_done(struct job_runner *runner, struct ipc_message *message) 
 static handler *const handlers[IPC_TYPE_COUNT] = {
     [IPC_PROGRESS] = handle_progress,
     [IPC_RESULT] = handle_result,
+    [IPC_PART] = handle_part,
     [IPC_DONE] = handle_done,
 };
 

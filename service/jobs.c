@@ -87,8 +87,10 @@ static void input_move(struct task_input *to, struct task_input *from) {
 }
 
 static void drop_outputs(struct jobs *jobs, struct task *task) {
-    for (size_t i = 0; i < task->output_count; i++)
+    for (size_t i = 0; i < task->output_count; i++) {
         close(task->outputs[i].fd);
+        free(task->outputs[i].parts);
+    }
     jobs->view.output_bytes -= task->output_bytes;
     task->output_count = task->output_bytes = 0;
 }
@@ -207,10 +209,22 @@ static void release(struct task *task) {
     free(task);
 }
 
+static void wake_followers(struct jobs *jobs) {
+    for (struct jobs_follower *at = jobs->followers; at; at = at->next) {
+        bool waits = at->waits;
+        at->waits = false;
+        if (waits)
+            at->wake(at->user);
+    }
+}
+
 /* Something happens to a task; false where it means nothing. The task is freed where it goes. */
 static bool happen(struct jobs *jobs, struct task *task, enum event event,
                    struct occasion *occasion) {
-    enum task_state next = table[task->state][event](jobs, task, occasion);
+    enum task_state before = task->state;
+    enum task_state next = table[before][event](jobs, task, occasion);
+    if (next != before)
+        wake_followers(jobs);
     if (next != TASK_GONE) {
         task->state = next;
         return !occasion->refused;
@@ -431,6 +445,52 @@ enum status jobs_output(struct jobs *jobs, uint64_t serial, const struct task_ou
     return status;
 }
 
+static bool add_part(struct task_output *output, const struct task_part *part) {
+    if (output->part_count == output->part_room) {
+        size_t room = output->part_room ? 2 * output->part_room : 64;
+        struct task_part *grown = realloc(output->parts, room * sizeof *grown);
+        if (!grown)
+            return false;
+        output->parts = grown;
+        output->part_room = room;
+    }
+    output->parts[output->part_count++] = *part;
+    return true;
+}
+
+enum status jobs_grow(struct jobs *jobs, uint64_t serial, const struct task_part *part,
+                      size_t total, struct jobs_time now, struct error *err) {
+    enum status status = STATUS_OK;
+    pthread_mutex_lock(&jobs->lock);
+    struct task *task = find_serial(jobs, serial);
+    struct task_output *output = NULL;
+    for (size_t i = 0; task && i < task->output_count; i++)
+        if (task->outputs[i].grows)
+            output = &task->outputs[i];
+    size_t more = output && total > output->bytes ? total - output->bytes : 0;
+    if (!task || task->state != TASK_RUNNING) {
+        status = error_fault(err, STATUS_CANCELLED, NULL, "the job does not run any more");
+    } else if (!output || total < output->bytes ||
+               (part && (output->part_count == TASK_PARTS_MAX || part->offset < output->bytes ||
+                         part->offset > total || part->bytes > total - part->offset))) {
+        status = error_fault(err, STATUS_INTERNAL, NULL, "the job's result cannot grow so");
+    } else if (more > jobs->limits.keep_bytes - task->output_bytes) {
+        status = error_fault(err, STATUS_TOO_COMPLEX, NULL,
+                             "the results are larger than the %zu bytes that this server keeps",
+                             jobs->limits.keep_bytes);
+    } else if (part && !add_part(output, part)) {
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a result");
+    } else {
+        make_room(jobs, now, more);
+        output->bytes = total;
+        task->output_bytes += more;
+        jobs->view.output_bytes += more;
+        wake_followers(jobs);
+    }
+    pthread_mutex_unlock(&jobs->lock);
+    return status;
+}
+
 bool jobs_done(struct jobs *jobs, uint64_t serial, struct jobs_time now) {
     struct occasion occasion = {.now = now};
     return happen_to(jobs, serial, EVENT_DONE, &occasion);
@@ -457,6 +517,35 @@ enum status jobs_look(struct jobs *jobs, const char *id, struct jobs_time now,
         look(user, task);
     pthread_mutex_unlock(&jobs->lock);
     return task ? STATUS_OK : err->status;
+}
+
+enum status jobs_follow(struct jobs *jobs, const char *id, struct jobs_time now,
+                        bool (*look)(void *user, const struct task *task), void *user,
+                        struct jobs_follower *follower, struct error *err) {
+    pthread_mutex_lock(&jobs->lock);
+    const struct task *task = find_id(jobs, id, now, err);
+    if (task && look(user, task)) {
+        bool listed = false;
+        for (const struct jobs_follower *at = jobs->followers; at; at = at->next)
+            listed |= at == follower;
+        if (!listed) {
+            follower->next = jobs->followers;
+            jobs->followers = follower;
+        }
+        follower->waits = true;
+    }
+    pthread_mutex_unlock(&jobs->lock);
+    return task ? STATUS_OK : err->status;
+}
+
+void jobs_unfollow(struct jobs *jobs, struct jobs_follower *follower) {
+    pthread_mutex_lock(&jobs->lock);
+    for (struct jobs_follower **link = &jobs->followers; *link; link = &(*link)->next)
+        if (*link == follower) {
+            *link = follower->next;
+            break;
+        }
+    pthread_mutex_unlock(&jobs->lock);
 }
 
 void jobs_look_at_all(struct jobs *jobs, struct jobs_time now,

@@ -38,6 +38,8 @@ enum {
     JOBS_FINISHED_MAX = 256, /* kept at once, whatever they hold */
     JOBS_EXPIRED_MAX = 1024, /* ids of which it can be told that they were there */
     TASK_OUTPUTS_MAX = 16,
+    TASK_PARTS_MAX = 4096,   /* of one output */
+    TASK_PART_NAME_MAX = 32, /* with the terminating 0 */
     TASK_NAME_MAX = 64, /* of an output, a media type, a phase; with the terminating 0 */
     TASK_OPTIONS_MAX = 1024
 };
@@ -57,10 +59,19 @@ struct task_input {
 void task_input_init(struct task_input *input);
 void task_input_finish(struct task_input *input);
 
+/* A piece of an output that has a name of its own: a frame of a sequence. */
+struct task_part {
+    char name[TASK_PART_NAME_MAX];
+    size_t offset, bytes;
+};
+
 struct task_output {
     char name[TASK_NAME_MAX], media_type[TASK_NAME_MAX];
     int fd; /* sealed memory file */
     size_t bytes;
+    bool grows; /* bytes and parts are added to it while the task runs: it can be read meanwhile */
+    size_t part_count, part_room;
+    struct task_part *parts; /* the store's */
 };
 
 struct jobs_time {
@@ -108,6 +119,7 @@ struct jobs {
     /* Guards everything below. */
     pthread_mutex_t lock;
     struct task *first;
+    struct jobs_follower *followers;
     uint64_t last_serial;
     size_t held_bytes; /* of all inputs */
     struct jobs_view view;
@@ -143,6 +155,11 @@ bool jobs_progress(struct jobs *jobs, uint64_t serial, const char *what, uint64_
  * already, or one too many; STATUS_CANCELLED where it does not run. */
 enum status jobs_output(struct jobs *jobs, uint64_t serial, const struct task_output *output,
                         struct jobs_time now, struct error *err);
+/* The output that grows has `total` bytes now, and where `part` is not NULL a part more, which lies
+ * within them. STATUS_TOO_COMPLEX and STATUS_CANCELLED as above; STATUS_INTERNAL where none grows,
+ * it has become shorter, or has too many parts; STATUS_OUT_OF_MEMORY. */
+enum status jobs_grow(struct jobs *jobs, uint64_t serial, const struct task_part *part,
+                      size_t total, struct jobs_time now, struct error *err);
 bool jobs_done(struct jobs *jobs, uint64_t serial, struct jobs_time now);
 bool jobs_fail(struct jobs *jobs, uint64_t serial, struct error *why, struct jobs_time now);
 /* Its process was lost: it waits again, before all others, without what it has made so far. Moves
@@ -157,6 +174,22 @@ enum status jobs_look(struct jobs *jobs, const char *id, struct jobs_time now,
                       struct error *err);
 void jobs_look_at_all(struct jobs *jobs, struct jobs_time now,
                       void (*look)(void *user, const struct task *task), void *user);
+
+/* Someone who reads an output while it grows. `wake` is called, with the lock held and once, when
+ * the task has come further or has ended in any way. */
+struct jobs_follower {
+    struct jobs_follower *next;
+    bool waits;
+    void (*wake)(void *user);
+    void *user;
+};
+
+/* jobs_look(), and where `look` returns true the follower waits. Whoever has waited calls
+ * jobs_unfollow() before the follower goes, woken or not. */
+enum status jobs_follow(struct jobs *jobs, const char *id, struct jobs_time now,
+                        bool (*look)(void *user, const struct task *task), void *user,
+                        struct jobs_follower *follower, struct error *err);
+void jobs_unfollow(struct jobs *jobs, struct jobs_follower *follower);
 
 /* Cancels one that waits or runs; drops a finished one. STATUS_NOT_FOUND (also for one that was
  * cancelled before), STATUS_GONE. `*was`: the state in which it was. */

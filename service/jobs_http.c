@@ -18,6 +18,7 @@
 #include "service/accept.h"
 #include "service/job_kinds.h"
 #include "service/jobs.h"
+#include "service/jobs_stream.h"
 #include "service/render_request.h"
 #include "service/reply.h"
 #include "service/routes.h"
@@ -189,6 +190,12 @@ static enum status check_kind(void *user, const struct scene *scene, struct erro
     return task_kinds[input->kind].check(scene, input->options, err);
 }
 
+static enum status read_kind(void *user, const char *text, size_t bytes, scene_asset_visit *visit,
+                             void *visit_user, struct error *err) {
+    const struct task_input *input = user;
+    return task_kinds[input->kind].read(text, bytes, input->options, visit, visit_user, err);
+}
+
 /* What render_request_prepare() has put into the request's job becomes the task's. */
 static void take_input(struct request *request, struct task_input *input) {
     struct job *job = &request->job;
@@ -213,7 +220,9 @@ static enum MHD_Result answer_post(struct request *request) {
     task_input_init(&input);
     enum status status = read_query(request, &input, err);
     if (status == STATUS_OK)
-        status = render_request_prepare(request, check_kind, &input, &retry_after_s, err);
+        status = render_request_prepare(request, check_kind,
+                                        task_kinds[input.kind].read ? read_kind : NULL, &input,
+                                        &retry_after_s, err);
     if (status == STATUS_OK) {
         take_input(request, &input);
         status = jobs_submit(jobs, &input, jobs_time_now(), id, &retry_after_s, err);
@@ -263,7 +272,9 @@ enum MHD_Result jobs_http_answer_one(struct request *request) {
 struct picking {
     struct request *request;
     const char *name; /* NULL: the main one, by Accept */
-    struct task_output output;
+    struct task_output output; /* its parts are the store's and are not looked at */
+    bool grows;                /* it is still being made */
+    struct task_part part;     /* what is wanted of it; no name: all */
     double retry_after_s;
     struct error *err;
 };
@@ -297,10 +308,53 @@ static const struct task_output *choose_output(const struct task *task, struct r
     return NULL;
 }
 
+static const struct task_output *growing_output(const struct task *task) {
+    for (size_t i = 0; i < task->output_count; i++)
+        if (task->outputs[i].grows)
+            return &task->outputs[i];
+    return NULL;
+}
+
+/* The output that has a part of the name that is asked for, which is kept; NULL: none has. */
+static const struct task_output *find_part(const struct task *task, struct picking *picking) {
+    const struct task_output *output = growing_output(task);
+    for (size_t i = 0; output && i < output->part_count; i++)
+        if (strcmp(output->parts[i].name, picking->name) == 0) {
+            picking->part = output->parts[i];
+            return output;
+        }
+    return NULL;
+}
+
+/* Of a task that runs: what grows can be had already; NULL: what is asked for cannot. */
+static const struct task_output *pick_early(const struct task *task, struct picking *picking) {
+    const struct task_output *output = growing_output(task);
+    if (!output)
+        return NULL;
+    if (picking->name && strcmp(output->name, picking->name) != 0)
+        return find_part(task, picking);
+    const char *type = output->media_type;
+    if (!picking->name && request_choose_type(picking->request, &type, 1) < 0)
+        return NULL;
+    picking->grows = true;
+    return output;
+}
+
+static void take(struct picking *picking, const struct task_output *output) {
+    picking->output = *output;
+    picking->output.fd = fcntl(output->fd, F_DUPFD_CLOEXEC, 0);
+    if (picking->output.fd < 0)
+        error_fault(picking->err, STATUS_IO_ERROR, NULL, "no descriptor is free for the result");
+}
+
 /* With the store's lock held: finds the output and takes a descriptor of its own. */
 static void pick(void *user, const struct task *task) {
     struct picking *picking = user;
-    const struct task_output *output;
+    const struct task_output *output = task->state == TASK_RUNNING ? pick_early(task, picking) : NULL;
+    if (output) {
+        take(picking, output);
+        return;
+    }
     if (task->state == TASK_QUEUED || task->state == TASK_RUNNING) {
         picking->retry_after_s = 1;
         error_fault(picking->err, STATUS_NOT_DONE, NULL, "the job is %s",
@@ -315,17 +369,15 @@ static void pick(void *user, const struct task *task) {
     if (picking->name) {
         output = find_output(task, picking->name);
         if (!output)
+            output = find_part(task, picking);
+        if (!output)
             error_fault(picking->err, STATUS_NOT_FOUND, NULL, "the job has no result %s",
                         picking->name);
     } else {
         output = choose_output(task, picking->request, picking->err);
     }
-    if (!output)
-        return;
-    picking->output = *output;
-    picking->output.fd = fcntl(output->fd, F_DUPFD_CLOEXEC, 0);
-    if (picking->output.fd < 0)
-        error_fault(picking->err, STATUS_IO_ERROR, NULL, "no descriptor is free for the result");
+    if (output)
+        take(picking, output);
 }
 
 enum MHD_Result jobs_http_answer_result(struct request *request) {
@@ -336,5 +388,11 @@ enum MHD_Result jobs_http_answer_result(struct request *request) {
                   &request->error) != STATUS_OK ||
         request->error.status != STATUS_OK)
         return reply_error(request, &request->error, picking.retry_after_s, false);
+    if (picking.grows)
+        return jobs_stream_reply(request, request->captured[0], picking.output.media_type,
+                                 picking.output.fd);
+    if (picking.part.name[0]) /* of a sequence: all are pictures */
+        return reply_part(request, "image/png", picking.output.fd, picking.part.offset,
+                          picking.part.bytes);
     return reply_file(request, picking.output.media_type, picking.output.fd, picking.output.bytes);
 }

@@ -45,6 +45,20 @@ bool memfd_is_sealed(int fd, size_t bytes) {
            (uintmax_t)info.st_size == bytes;
 }
 
+enum status memfd_seal_growing(int fd, struct error *err) {
+    if (fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK) != 0)
+        return error_fault(err, STATUS_IO_ERROR, NULL, "sealing a memory file: %s",
+                           strerror(errno));
+    return STATUS_OK;
+}
+
+bool memfd_holds(int fd, size_t bytes) {
+    struct stat info;
+    int seals = fcntl(fd, F_GET_SEALS);
+    return seals >= 0 && (seals & F_SEAL_SHRINK) && fstat(fd, &info) == 0 && info.st_size >= 0 &&
+           (uintmax_t)info.st_size >= bytes;
+}
+
 enum status memfd_map(int fd, size_t bytes, const void **data, struct error *err) {
     *data = NULL;
     if (bytes == 0)

@@ -22,6 +22,12 @@ enum status memfd_seal(int fd, struct error *err);
 /* True where the file is sealed against every change and holds exactly `bytes`. */
 bool memfd_is_sealed(int fd, size_t bytes);
 
+/* For a file that grows while it is read: it never becomes shorter. STATUS_IO_ERROR. */
+enum status memfd_seal_growing(int fd, struct error *err);
+
+/* True where the file can never become shorter and holds at least `bytes`. */
+bool memfd_holds(int fd, size_t bytes);
+
 /* Maps a sealed file for reading; *data is NULL for 0 bytes. Release with memfd_unmap().
  * STATUS_IO_ERROR, STATUS_OUT_OF_MEMORY. */
 enum status memfd_map(int fd, size_t bytes, const void **data, struct error *err);

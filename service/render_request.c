@@ -177,20 +177,14 @@ static void gather(void *user, const char *name, const char *pointer) {
         gathering->count++;
 }
 
-static enum status gather_assets(struct request *request, const struct scene *scene,
-                                 struct error *err) {
-    struct gathering gathering = {
-        .request = request, .wanted = calloc(JOB_ASSETS_MAX, sizeof *gathering.wanted), .err = err};
-    if (!gathering.wanted)
-        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the assets");
-    scene_visit_assets(scene, gather, &gathering);
+/* The parts that are wanted take the place of those that came. */
+static void keep_gathered(struct request *request, struct gathering *gathering) {
     for (size_t i = 0; i < request->job.asset_count; i++)
         if (request->job.assets[i].fd >= 0)
             close(request->job.assets[i].fd);
     free(request->job.assets);
-    request->job.assets = gathering.wanted;
-    request->job.asset_count = gathering.count;
-    return err->status;
+    request->job.assets = gathering->wanted;
+    request->job.asset_count = gathering->count;
 }
 
 static enum status make_key(struct request *request, struct error *err) {
@@ -212,6 +206,9 @@ static enum status make_key(struct request *request, struct error *err) {
 enum status render_request_prepare(struct request *request,
                                    enum status (*check)(void *user, const struct scene *scene,
                                                         struct error *err),
+                                   enum status (*read)(void *user, const char *text, size_t bytes,
+                                                       scene_asset_visit *visit, void *visit_user,
+                                                       struct error *err),
                                    void *user, double *retry_after_s, struct error *err) {
     struct job *job = &request->job;
     double start_ms = monotonic_ms();
@@ -223,17 +220,31 @@ enum status render_request_prepare(struct request *request,
     if (request->scene_bytes == 0)
         return error_fault(err, STATUS_BAD_JSON, "", "the scene is empty");
 
-    struct arena arena = {0};
-    struct scene scene;
-    enum status status = scene_read(request->scene, request->scene_bytes, &arena, &scene, err);
+    struct gathering gathering = {
+        .request = request, .wanted = calloc(JOB_ASSETS_MAX, sizeof *gathering.wanted), .err = err};
+    if (!gathering.wanted)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the assets");
+    double read_ms;
+    enum status status;
+    if (read) { /* the times are one: assets are found while it is read */
+        status = read(user, request->scene, request->scene_bytes, gather, &gathering, err);
+        read_ms = monotonic_ms();
+    } else {
+        struct arena arena = {0};
+        struct scene scene;
+        status = scene_read(request->scene, request->scene_bytes, &arena, &scene, err);
+        if (status == STATUS_OK)
+            status = scene_check_implemented(&scene, err);
+        if (status == STATUS_OK && check)
+            status = check(user, &scene, err);
+        read_ms = monotonic_ms();
+        if (status == STATUS_OK)
+            scene_visit_assets(&scene, gather, &gathering);
+        arena_free(&arena);
+    }
+    keep_gathered(request, &gathering);
     if (status == STATUS_OK)
-        status = scene_check_implemented(&scene, err);
-    if (status == STATUS_OK && check)
-        status = check(user, &scene, err);
-    double read_ms = monotonic_ms();
-    if (status == STATUS_OK)
-        status = gather_assets(request, &scene, err);
-    arena_free(&arena);
+        status = err->status; /* of an asset that is missing */
     if (status == STATUS_OK)
         status = make_key(request, err);
     if (status != STATUS_OK)
@@ -295,7 +306,7 @@ enum MHD_Result render_request_answer(struct request *request) {
                                                         : render_request_types[job->format]);
     }
     double retry_after_s = 0;
-    if (render_request_prepare(request, NULL, NULL, &retry_after_s, &request->error) != STATUS_OK)
+    if (render_request_prepare(request, NULL, NULL, NULL, &retry_after_s, &request->error) != STATUS_OK)
         return reply_error(request, &request->error, retry_after_s, false);
     bool plan = request->route->endpoint == METRICS_ENDPOINT_plan;
     job->kind = plan ? JOB_PLAN : JOB_RENDER;

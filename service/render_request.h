@@ -24,12 +24,16 @@ enum MHD_Result render_request_answer(struct request *request);
 
 /* The body has come whole: validates the scene, asks `check` (may be NULL) once that stands, finds
  * the assets, asks the quarantine, and puts the text into a memory file; request->job has it all.
+ * Where the text is no scene, `read` (else NULL) reads it and visits its assets, in place of both.
  * What scene_read(), scene_check_implemented(), `check` and store_open() return;
  * STATUS_BAD_REQUEST, STATUS_BAD_JSON; STATUS_QUARANTINED with *retry_after_s;
  * STATUS_OUT_OF_MEMORY. */
 enum status render_request_prepare(struct request *request,
                                    enum status (*check)(void *user, const struct scene *scene,
                                                         struct error *err),
+                                   enum status (*read)(void *user, const char *text, size_t bytes,
+                                                       scene_asset_visit *visit, void *visit_user,
+                                                       struct error *err),
                                    void *user, double *retry_after_s, struct error *err);
 
 /* A canary for /readyz: suspends the connection until a worker has drawn it, or replies. */

@@ -85,6 +85,22 @@ enum MHD_Result reply_file(struct request *request, const char *type, int fd, si
     return queue(request, MHD_HTTP_OK, type, response, bytes, false);
 }
 
+enum MHD_Result reply_part(struct request *request, const char *type, int fd, size_t offset,
+                           size_t bytes) {
+    struct MHD_Response *response =
+        MHD_create_response_from_fd_at_offset64(bytes, fd, (uint64_t)offset);
+    if (!response)
+        close(fd);
+    return queue(request, MHD_HTTP_OK, type, response, bytes, false);
+}
+
+enum MHD_Result reply_growing(struct request *request, const char *type,
+                              struct MHD_Response *response) {
+    enum MHD_Result result = queue(request, MHD_HTTP_OK, type, response, 0, false);
+    connections_enter(&request->http->connections, request->connection, CONNECTION_WORKING, 0);
+    return result;
+}
+
 enum MHD_Result reply_nothing(struct request *request) {
     return queue(request, MHD_HTTP_NO_CONTENT, NULL,
                  MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT), 0, false);

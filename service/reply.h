@@ -19,6 +19,15 @@ enum MHD_Result reply_static(struct request *request, unsigned http_status, cons
 /* A memory file with `bytes` bytes; the descriptor is taken over. */
 enum MHD_Result reply_file(struct request *request, const char *type, int fd, size_t bytes);
 
+/* A part of one: `bytes` bytes from `offset`. */
+enum MHD_Result reply_part(struct request *request, const char *type, int fd, size_t offset,
+                           size_t bytes);
+
+/* A reply whose length is not known yet; the response is taken over. It has no time limit until
+ * connections_enter() gives it one. */
+enum MHD_Result reply_growing(struct request *request, const char *type,
+                              struct MHD_Response *response);
+
 /* 204: done, and nothing to say. */
 enum MHD_Result reply_nothing(struct request *request);
 

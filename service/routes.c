@@ -100,6 +100,8 @@ static const struct route routes[] = {
     {"/v1/plan", ROUTE_POST, METRICS_ENDPOINT_plan, json_types, 1, false, render_request_answer},
     {"/v1/jobs", ROUTE_GET_POST, METRICS_ENDPOINT_jobs, json_types, 1, false, jobs_http_answer},
     {"/v1/sweep", ROUTE_POST, METRICS_ENDPOINT_sweep, json_types, 1, false, jobs_http_answer},
+    {"/v1/sequences", ROUTE_POST, METRICS_ENDPOINT_sequences, json_types, 1, false,
+     jobs_http_answer},
     {"/v1/jobs/*", ROUTE_GET_DELETE, METRICS_ENDPOINT_jobs, json_types, 1, false,
      jobs_http_answer_one},
     {"/v1/jobs/*/result", ROUTE_GET, METRICS_ENDPOINT_jobs, NULL, 0, true, jobs_http_answer_result},
