@@ -28,6 +28,7 @@ enum {
     SCENE_LIGHTS_MAX = 8,
     SCENE_OBJECTS_MAX = 256,
     SCENE_JOINTS_MAX = 65536, /* and segments */
+    SCENE_TEXT_MAX = 255,     /* characters of the name of an animation */
     SCENE_VOXELS_UV_MAX = 512,
     SCENE_VOXELS_W_MAX = 64,
     SCENE_TRIANGLES_MAX = 4000000 /* of all built-in shapes of one scene together */
@@ -66,6 +67,10 @@ enum scene_mesh_kind {
 struct scene_mesh {
     enum scene_mesh_kind kind;
     const char *asset; /* SCENE_MESH_ASSET: a name; else NULL */
+    /* Of an asset, where one of the two was given: its animation (NULL: the first) at a time. */
+    bool has_time;
+    double time_s;
+    const char *animation;
     double size[2];    /* plane, terrain */
     double radius;     /* sphere, torus, cylinder */
     double tube;       /* torus */

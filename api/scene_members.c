@@ -99,6 +99,7 @@ const struct member scene_members[] = {
 #define POINTER(owner, name_, field_, text_, ...)                                                  \
     ROW(owner, name_, field_, POINTER, text_, __VA_ARGS__)
 #define ANY(owner, name_, field_, text_, ...) ROW(owner, name_, field_, ANY, text_, __VA_ARGS__)
+#define TEXT(owner, name_, field_, text_, ...) ROW(owner, name_, field_, TEXT, text_, __VA_ARGS__)
 #include "api/scene_members.def"
 };
 
@@ -138,7 +139,8 @@ bool member_is_given(const struct member *member, const void *value) {
         return bool_at(value, member->given) || member->has_fallback;
     if (member->absent_if_zero)
         return int_at(field, 1) != 0;
-    if (member->kind == MEMBER_ASSET || member->kind == MEMBER_NAME) {
+    if (member->kind == MEMBER_ASSET || member->kind == MEMBER_NAME ||
+        member->kind == MEMBER_TEXT) {
         const char *text;
         memcpy(&text, field, sizeof text);
         return text != NULL;

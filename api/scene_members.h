@@ -58,6 +58,7 @@ enum member_kind {
     MEMBER_SCENE,     /* struct json_t *: a scene that is read later (sequences) */
     MEMBER_POINTER,   /* const char *, a JSON Pointer */
     MEMBER_ANY,       /* struct json_t *: any value */
+    MEMBER_TEXT,      /* const char *, for people */
 };
 
 struct member {

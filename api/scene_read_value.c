@@ -216,6 +216,21 @@ static void read_transform(struct reader *reader, const struct member *member, j
     memcpy((char *)out + member->offset, transform.matrix, sizeof transform.matrix);
 }
 
+static void read_free_text(struct reader *reader, const struct member *member, json_t *json,
+                           void *out) {
+    const char *text = json_string_value(json);
+    size_t length = text ? json_utf8_count(text) : 0;
+    if (!json)
+        return;
+    if (length < 1 || length > SCENE_TEXT_MAX) {
+        reader_fault(reader, "must be a text of 1 to %d characters", SCENE_TEXT_MAX);
+        return;
+    }
+    const char *copy = arena_strdup(reader->arena, text);
+    reader->out_of_memory = reader->out_of_memory || !copy;
+    memcpy((char *)out + member->offset, &copy, sizeof copy);
+}
+
 static void read_pointer(struct reader *reader, const struct member *member, json_t *json,
                          void *out) {
     const char *text = json_string_value(json);
@@ -260,6 +275,9 @@ void reader_value(struct reader *reader, const struct member *member, json_t *js
         break;
     case MEMBER_POINTER:
         read_pointer(reader, member, json, out);
+        break;
+    case MEMBER_TEXT:
+        read_free_text(reader, member, json, out);
         break;
     case MEMBER_SCENE:
     case MEMBER_ANY: /* the tree outlives the struct */

@@ -81,6 +81,7 @@ static void write_value(struct json_out *out, const struct member *member, const
         break;
     case MEMBER_NAME:
     case MEMBER_ASSET:
+    case MEMBER_TEXT:
         memcpy(&text, field, sizeof text);
         json_out_string(out, text);
         break;

@@ -6,12 +6,20 @@
 #include "renderer/asset/mesh_gltf.h"
 
 /* The mesh in a glTF file's bytes, owned by the caller (mesh_destroy). `pointer` is that of the
- * asset's name in the scene. `*has_images`: the file has textures on what is drawn, whether they
+ * mesh in the scene. `*has_images`: the file has textures on what is drawn, whether they
  * were wanted or not; without `want_textures` the mesh has none, and surfaces keep their colours
  * alone. Loads modules as mesh_acquire() says. STATUS_BAD_ASSET, STATUS_TOO_COMPLEX,
- * STATUS_IO_ERROR, STATUS_OUT_OF_MEMORY. */
+ * STATUS_IO_ERROR, STATUS_OUT_OF_MEMORY.
+ * `for_poses`: what different nodes show does not weld, since it may part. */
 enum status mesh_asset_load(const unsigned char *data, size_t bytes, bool want_textures,
-                            const char *pointer, struct mesh **mesh, bool *has_images,
+                            bool for_poses, const char *pointer, struct mesh **mesh,
+                            bool *has_images, struct error *err);
+
+/* The mesh in another pose of the file that `rest` is of; shares what mesh.h says with it, which
+ * must outlive it. `pointer`: of the mesh. STATUS_BAD_ASSET also where there is no such animation,
+ * with its member's pointer. */
+enum status mesh_asset_pose(const unsigned char *data, size_t bytes, const struct scene_mesh *spec,
+                            struct mesh *rest, const char *pointer, struct mesh **mesh,
                             struct error *err);
 
 /* Decodes an asset's images to 8-bit RGBA into mesh->images (room for `count`, zeroed) and adds

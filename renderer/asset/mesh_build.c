@@ -34,17 +34,20 @@ bool mesh_triangle_is_flat(const double a[3], const double b[3], const double c[
 void mesh_destroy(struct mesh *mesh) {
     if (!mesh)
         return;
-    for (uint32_t i = 0; i < mesh->image_count; i++)
-        free(mesh->images[i].rgba);
-    free(mesh->images);
-    free(mesh->surfaces);
     free(mesh->position);
     free(mesh->normal);
-    free(mesh->vertex);
     free(mesh->corner_normal);
-    free(mesh->corner_uv);
-    free(mesh->neighbour);
-    free(mesh->surface);
+    if (!mesh->rest) {
+        for (uint32_t i = 0; i < mesh->image_count; i++)
+            free(mesh->images[i].rgba);
+        free(mesh->images);
+        free(mesh->surfaces);
+        free(mesh->vertex);
+        free(mesh->corner_uv);
+        free(mesh->neighbour);
+        free(mesh->surface);
+        free(mesh->source);
+    }
     free(mesh);
 }
 
@@ -117,6 +120,28 @@ static void fill_vertices(const struct mesh_soup *soup, const struct work *work,
     }
 }
 
+static bool weld(const struct mesh_soup *soup, uint32_t corners, struct work *work,
+                 uint32_t *distinct) {
+    const double(*position)[3] = (const double(*)[3])soup->position;
+    if (soup->part_count == 0)
+        return mesh_weld(position, corners, work->id, work->first, distinct);
+    *distinct = 0;
+    uint32_t begin = 0;
+    for (uint32_t p = 0; p < soup->part_count; p++) {
+        uint32_t end = 3 * (uint32_t)soup->part_end[p], found = 0;
+        uint32_t *id = work->id + begin, *first = work->first + *distinct;
+        if (!mesh_weld(position + begin, end - begin, id, first, &found))
+            return false;
+        for (uint32_t i = 0; i < end - begin; i++)
+            id[i] += *distinct;
+        for (uint32_t i = 0; i < found; i++)
+            first[i] += begin;
+        *distinct += found;
+        begin = end;
+    }
+    return true;
+}
+
 enum status mesh_build(const struct mesh_soup *soup, const char *pointer, struct mesh **result,
                        struct error *err) {
     *result = NULL;
@@ -130,8 +155,7 @@ enum status mesh_build(const struct mesh_soup *soup, const char *pointer, struct
                         malloc(room / 3 * sizeof(uint32_t) + sizeof(uint32_t))};
     struct mesh *mesh = calloc(1, sizeof *mesh);
     enum status status = STATUS_OUT_OF_MEMORY;
-    if (!mesh || !work.id || !work.first || !work.source ||
-        !mesh_weld((const double(*)[3])soup->position, corners, work.id, work.first, &distinct))
+    if (!mesh || !work.id || !work.first || !work.source || !weld(soup, corners, &work, &distinct))
         goto fail;
     work.vertex = malloc(((size_t)distinct + 1) * sizeof *work.vertex);
     if (!work.vertex)
@@ -149,6 +173,10 @@ enum status mesh_build(const struct mesh_soup *soup, const char *pointer, struct
     if (!mesh_find_neighbours(mesh) || !mesh_make_normals(mesh, soup, work.source) ||
         !mesh_make_uvs(mesh, soup, work.source))
         goto fail;
+    mesh->source = work.source;
+    mesh->source_count = soup->triangle_count;
+    mesh->bytes += (room / 3 + 1) * sizeof *mesh->source;
+    work.source = NULL;
     *result = mesh;
     status = STATUS_OK;
 fail:

@@ -13,7 +13,14 @@
  * STATUS_OUT_OF_MEMORY, with `pointer`. Thread: any. */
 enum status mesh_build(const struct mesh_soup *soup, const char *pointer, struct mesh **result,
                        struct error *err);
-void mesh_destroy(struct mesh *mesh); /* takes NULL */
+void mesh_destroy(struct mesh *mesh); /* takes NULL; the rest pose of a posed one stays */
+
+/* The mesh of a pose: `rest`, which must live as long, with the positions and normals of a soup
+ * that has the same triangles. Topology, texture coordinates and surfaces are the rest pose's;
+ * corners that were one vertex there stay one, at the place of the first. Owned by the caller.
+ * STATUS_OUT_OF_MEMORY. Thread: any. */
+enum status mesh_pose(struct mesh *rest, const struct mesh_soup *soup, const char *pointer,
+                      struct mesh **result, struct error *err);
 
 /* Numbers the distinct positions among `count` points in the order of their first appearance:
  * id[i] is the number of position[i] and first[id] its first point. -0 equals 0; positions are

@@ -1,7 +1,8 @@
 /* Meshes that are made once: a cache with reference counts, least recently used out first.
  *
  * The key is what decides the mesh and nothing else: a built-in shape's own parameters, or the
- * SHA-256 of an asset's bytes, never its name. A mesh in use is never evicted, so bytes_max may be
+ * SHA-256 of an asset's bytes, never its name, with the pose that is asked for. A posed mesh holds
+ * the rest pose, which is made or found first: frames of an animation share it. A mesh in use is never evicted, so bytes_max may be
  * passed for as long as a scene needs it. */
 #include <assert.h>
 #include <stdio.h>
@@ -19,6 +20,10 @@ struct key { /* members that a kind does not have are 0 */
     uint32_t seed;
     int divisions[2];
     unsigned char sha256[32];
+    bool for_poses; /* the rest pose that poses stand on */
+    bool posed;     /* as an animation has it at a time */
+    double time_s;
+    char animation[4 * SCENE_TEXT_MAX + 1]; /* "": the first */
 };
 
 struct entry {
@@ -49,6 +54,8 @@ static void entry_remove(struct mesh_cache *cache, struct entry **link) {
     *link = entry->next;
     cache->bytes -= entry->mesh->bytes;
     cache->entries--;
+    if (entry->mesh->rest)
+        entry->mesh->rest->references--;
     mesh_destroy(entry->mesh);
     free(entry);
 }
@@ -56,6 +63,11 @@ static void entry_remove(struct mesh_cache *cache, struct entry **link) {
 void mesh_cache_destroy(struct mesh_cache *cache) {
     if (!cache)
         return;
+    for (struct entry **link = &cache->first; *link;) /* these hold others */
+        if ((*link)->mesh->rest)
+            entry_remove(cache, link);
+        else
+            link = &(*link)->next;
     while (cache->first)
         entry_remove(cache, &cache->first);
     free(cache);
@@ -78,6 +90,10 @@ static void key_of(const struct scene_mesh *spec, const unsigned char *sha256, s
     key->kind = spec->kind;
     if (spec->kind == SCENE_MESH_ASSET) {
         memcpy(key->sha256, sha256, sizeof key->sha256);
+        key->posed = spec->has_time || spec->animation;
+        key->time_s = spec->has_time ? spec->time_s : 0;
+        if (spec->animation)
+            snprintf(key->animation, sizeof key->animation, "%s", spec->animation);
         return;
     }
     for (int k = 0; k < 2; k++)
@@ -102,6 +118,8 @@ static bool key_equals(const struct key *a, const struct key *b) {
            a->radius == b->radius && a->tube == b->tube && a->height == b->height &&
            a->seed == b->seed && a->divisions[0] == b->divisions[0] &&
            a->divisions[1] == b->divisions[1] &&
+           a->posed == b->posed && a->for_poses == b->for_poses && a->time_s == b->time_s &&
+           strcmp(a->animation, b->animation) == 0 &&
            memcmp(a->sha256, b->sha256, sizeof a->sha256) == 0;
 }
 
@@ -120,6 +138,36 @@ static enum status make_shape(const struct scene_mesh *spec, const char *pointer
     if (status == STATUS_OK)
         status = mesh_build(&soup, pointer, mesh, err);
     mesh_soup_finish(&soup);
+    if (status == STATUS_OK) { /* shapes have no poses */
+        free((*mesh)->source);
+        (*mesh)->source = NULL;
+    }
+    return status;
+}
+
+static enum status find_or_make(struct mesh_cache *cache, const struct scene_mesh *spec,
+                                bool want_textures, bool for_poses, const char *pointer,
+                                const struct asset_bytes *bytes, struct entry **entry,
+                                struct error *err);
+
+/* A pose of the mesh that lies in the file. */
+static enum status make_pose(struct mesh_cache *cache, const struct scene_mesh *spec,
+                             bool want_textures, const char *pointer,
+                             const struct asset_bytes *bytes, struct entry *entry,
+                             struct error *err) {
+    struct scene_mesh rest_spec = *spec;
+    struct entry *rest;
+    rest_spec.has_time = false;
+    rest_spec.animation = NULL;
+    enum status status =
+        find_or_make(cache, &rest_spec, want_textures, true, pointer, bytes, &rest, err);
+    if (status != STATUS_OK)
+        return status;
+    rest->used = ++cache->clock;
+    entry->has_images = rest->has_images;
+    status = mesh_asset_pose(bytes->data, bytes->size, spec, rest->mesh, pointer, &entry->mesh, err);
+    if (status == STATUS_OK)
+        rest->mesh->references++;
     return status;
 }
 
@@ -130,12 +178,14 @@ static enum status make(struct mesh_cache *cache, const struct scene_mesh *spec,
     struct entry *entry = calloc(1, sizeof *entry);
     if (!entry)
         return error_fault(err, STATUS_OUT_OF_MEMORY, pointer, "no memory for a mesh");
-    char at[256];
-    snprintf(at, sizeof at, "%s/asset", pointer);
-    enum status status = spec->kind == SCENE_MESH_ASSET
-                             ? mesh_asset_load(bytes->data, bytes->size, want_textures, at,
-                                               &entry->mesh, &entry->has_images, err)
-                             : make_shape(spec, pointer, &entry->mesh, err);
+    enum status status;
+    if (key->posed)
+        status = make_pose(cache, spec, want_textures, pointer, bytes, entry, err);
+    else if (spec->kind == SCENE_MESH_ASSET)
+        status = mesh_asset_load(bytes->data, bytes->size, want_textures, key->for_poses, pointer,
+                                 &entry->mesh, &entry->has_images, err);
+    else
+        status = make_shape(spec, pointer, &entry->mesh, err);
     if (status != STATUS_OK) {
         free(entry);
         return status;
@@ -149,6 +199,18 @@ static enum status make(struct mesh_cache *cache, const struct scene_mesh *spec,
     cache->bytes += entry->mesh->bytes;
     *made = entry;
     return STATUS_OK;
+}
+
+static enum status find_or_make(struct mesh_cache *cache, const struct scene_mesh *spec,
+                                bool want_textures, bool for_poses, const char *pointer,
+                                const struct asset_bytes *bytes, struct entry **entry,
+                                struct error *err) {
+    struct key key;
+    key_of(spec, bytes->sha256, &key);
+    key.for_poses = for_poses;
+    *entry = find(cache, &key, want_textures);
+    return *entry ? STATUS_OK
+                  : make(cache, spec, want_textures, pointer, bytes, &key, entry, err);
 }
 
 enum status mesh_acquire(struct mesh_cache *cache, const struct scene_mesh *spec,
@@ -165,11 +227,8 @@ enum status mesh_acquire(struct mesh_cache *cache, const struct scene_mesh *spec
         if (status != STATUS_OK)
             return status;
     }
-    struct key key;
-    key_of(spec, bytes.sha256, &key);
-    struct entry *entry = find(cache, &key, want_textures);
-    if (!entry)
-        status = make(cache, spec, want_textures, pointer, &bytes, &key, &entry, err);
+    struct entry *entry = NULL;
+    status = find_or_make(cache, spec, want_textures, false, pointer, &bytes, &entry, err);
     if (asset)
         source->close(source->user, &bytes);
     if (status != STATUS_OK)

@@ -6,9 +6,10 @@
 // Nothing outside the file is read. Every exception, memory running out included, ends in load().
 //
 // Read: triangles, strips and fans, indexed or plain, any component type, sparse accessors, node
-// transforms, instancing, base colour with its texture and KHR_texture_transform. Left out on
-// purpose: morph targets and skins (the rest pose is drawn), vertex colours, further textures,
-// cameras, lights, and compressed geometry (Draco, meshopt), which is refused.
+// transforms, instancing, base colour with its texture and KHR_texture_transform; where a time is
+// asked for, animations, morph targets and skins (mesh_gltf_pose.h). Left out on purpose: vertex
+// colours, further textures, cameras, lights, and compressed geometry (Draco, meshopt), which is
+// refused. Without a time the rest pose is drawn: geometry as it is stored.
 #include "renderer/asset/mesh_gltf.h"
 
 #include <cmath>
@@ -20,6 +21,7 @@
 #include "renderer/asset/mesh_gltf_accessor.h"
 #include "renderer/asset/mesh_gltf_guard.h"
 #include "renderer/asset/mesh_gltf_nodes.h"
+#include "renderer/asset/mesh_gltf_pose.h"
 
 namespace pelt {
 namespace {
@@ -111,8 +113,9 @@ struct part {
 
 class converter {
   public:
-    converter(const tinygltf::Model &from, std::uint64_t triangles_max, gltf_soup *to)
-        : model(from), limit(triangles_max), soup(to) {}
+    converter(tinygltf::Model &from, std::uint64_t triangles_max, const gltf_pose *at,
+              gltf_soup *to)
+        : model(from), limit(triangles_max), pose(at), soup(to) {}
 
     void run() {
         std::vector<instance> instances = find_instances(model);
@@ -132,17 +135,25 @@ class converter {
             REFUSE(model.meshes.empty() ? "the file has no mesh"
                                         : "the scene in the file shows no triangles");
         allocate(total);
-        for (const instance &at : instances)
-            for (const part &p : parts[at.mesh])
-                emit(p, at);
+        if (pose)
+            emit_posed(instances, parts);
+        else
+            emit_resting(instances, parts);
         if (soup->triangle_count == 0)
             REFUSE("every triangle of the file's strips repeats a vertex");
-        take_surfaces();
+        if (!pose)
+            take_surfaces();
     }
 
   private:
-    const tinygltf::Model &model;
+    // What posing leaves of one primitive's vertices, in the object.
+    struct deformed {
+        std::vector<double> position, normal;
+    };
+
+    tinygltf::Model &model; // posing moves its nodes
     std::uint64_t limit;
+    const gltf_pose *pose;
     gltf_soup *soup;
     std::map<int, reader> readers; // by accessor: opening one may cost as much as it is long
     std::map<int, std::uint16_t> surface_of_material;
@@ -301,8 +312,10 @@ class converter {
     void allocate(std::uint64_t triangles) {
         soup->position = allocate_array<double[3]>(3 * triangles);
         soup->normal = allocate_array<float[3]>(3 * triangles);
-        soup->uv = allocate_array<double[2]>(3 * triangles);
         soup->has_normal = allocate_array<std::uint8_t>(triangles);
+        if (pose)
+            return;
+        soup->uv = allocate_array<double[2]>(3 * triangles);
         soup->has_uv = allocate_array<std::uint8_t>(triangles);
         soup->surface = allocate_array<std::uint16_t>(triangles);
     }
@@ -321,18 +334,42 @@ class converter {
         return vertex;
     }
 
-    void emit(const part &p, const instance &at) {
+    void emit_resting(const std::vector<instance> &instances,
+                      std::map<int, std::vector<part>> &parts) {
+        soup->part_end = allocate_array<std::uint64_t>(instances.size());
+        for (const instance &at : instances) {
+            for (const part &p : parts[at.mesh])
+                emit(p, at, nullptr);
+            soup->part_end[soup->part_count++] = soup->triangle_count;
+        }
+    }
+
+    // The order of a triangle's corners is that of the rest pose, whatever becomes of them: a mesh
+    // keeps its topology.
+    void emit_posed(const std::vector<instance> &rest, std::map<int, std::vector<part>> &parts) {
+        poser poser(model, pose->animation ? pose->animation : "", pose->time_s);
+        std::vector<matrix> globals;
+        std::vector<bool> in_scene;
+        std::vector<instance> posed = find_instances(model, &globals, &in_scene);
+        poser.place(std::move(globals), std::move(in_scene));
+        for (std::size_t i = 0; i < rest.size(); i++)
+            for (const part &p : parts[rest[i].mesh]) {
+                char where[64];
+                std::snprintf(where, sizeof where, "mesh %d, primitive %d", p.mesh, p.primitive);
+                deformed now;
+                poser.deform(model.meshes[std::size_t(p.mesh)].primitives[std::size_t(p.primitive)],
+                             where, posed[i].node, posed[i].object_from_mesh, p.position,
+                             p.has_normal ? &p.normal : nullptr, now.position, now.normal);
+                emit(p, rest[i], &now);
+            }
+    }
+
+    void emit(const part &p, const instance &at, const deformed *now) {
         const matrix &m = at.object_from_mesh;
         // Normals go by the cofactors of the linear part: its inverse transpose times the
         // determinant, which exists for flattening transforms too; the sign is taken out again.
         double cofactor[9];
-        for (std::size_t c = 0; c < 3; c++)
-            for (std::size_t r = 0; r < 3; r++) {
-                std::size_t c1 = (c + 1) % 3 * 4, c2 = (c + 2) % 3 * 4;
-                std::size_t r1 = (r + 1) % 3, r2 = (r + 2) % 3;
-                cofactor[c * 3 + r] = m[c1 + r1] * m[c2 + r2] - m[c1 + r2] * m[c2 + r1];
-            }
-        double determinant = m[0] * cofactor[0] + m[1] * cofactor[1] + m[2] * cofactor[2];
+        double determinant = poser::cofactors(m, cofactor);
         bool mirrored = determinant < 0;
         for (std::uint64_t t = 0; t < p.triangles; t++) {
             std::uint64_t corner[3] = {3 * t, 3 * t + 1, 3 * t + 2};
@@ -354,12 +391,12 @@ class converter {
                 continue;
             if (mirrored)
                 std::swap(vertex[1], vertex[2]);
-            emit_triangle(p, at, vertex, cofactor, mirrored ? -1 : 1);
+            emit_triangle(p, at, vertex, cofactor, mirrored ? -1 : 1, now);
         }
     }
 
     void emit_triangle(const part &p, const instance &at, const std::uint64_t vertex[3],
-                       const double cofactor[9], double sign) {
+                       const double cofactor[9], double sign, const deformed *now) {
         std::uint64_t t = soup->triangle_count++;
         const matrix &m = at.object_from_mesh;
         bool uv_usable = p.has_uv;
@@ -368,7 +405,8 @@ class converter {
             double v[3] = {0, 0, 0};
             p.position.read(i, v);
             for (std::size_t r = 0; r < 3; r++) {
-                double x = m[r] * v[0] + m[4 + r] * v[1] + m[8 + r] * v[2] + m[12 + r];
+                double x = now ? now->position[3 * i + r]
+                               : m[r] * v[0] + m[4 + r] * v[1] + m[8 + r] * v[2] + m[12 + r];
                 if (!(std::fabs(x) <= POSITION_MAX))
                     REFUSE("mesh %d, primitive %d: the position of vertex %zu %s", p.mesh,
                            p.primitive, i,
@@ -381,8 +419,9 @@ class converter {
                 p.normal.read(i, v);
                 double n[3], largest = 0;
                 for (std::size_t r = 0; r < 3; r++) {
-                    n[r] = sign *
-                           (cofactor[r] * v[0] + cofactor[3 + r] * v[1] + cofactor[6 + r] * v[2]);
+                    n[r] = now ? now->normal[3 * i + r]
+                               : sign * (cofactor[r] * v[0] + cofactor[3 + r] * v[1] +
+                                         cofactor[6 + r] * v[2]);
                     largest = std::max(largest, std::fabs(n[r]));
                 }
                 // Into the range of fp32; what has no direction stays zero, which means "none".
@@ -392,7 +431,7 @@ class converter {
                             ? float(n[r] / largest)
                             : 0;
             }
-            if (p.has_uv) {
+            if (p.has_uv && !now) {
                 p.uv.read(i, v);
                 const double *a = p.uv_transform;
                 soup->uv[to][0] = a[0] * v[0] + a[1] * v[1] + a[2];
@@ -402,6 +441,8 @@ class converter {
             }
         }
         soup->has_normal[t] = p.has_normal;
+        if (now)
+            return;
         soup->has_uv[t] = uv_usable;
         soup->surface[t] = p.surface;
     }
@@ -449,17 +490,19 @@ void free_soup(gltf_soup *soup) {
     std::free(soup->has_normal);
     std::free(soup->has_uv);
     std::free(soup->surface);
+    std::free(soup->part_end);
     *soup = gltf_soup{};
 }
 
 gltf_outcome load_soup(const unsigned char *data, std::size_t bytes, std::uint64_t triangles_max,
-                       gltf_soup *soup, char *message, std::size_t message_bytes) {
+                       const gltf_pose *pose, gltf_soup *soup, char *message,
+                       std::size_t message_bytes) {
     *soup = gltf_soup{};
     gltf_outcome outcome = GLTF_OK;
     try {
         tinygltf::Model model;
         parse(data, bytes, model);
-        converter(model, triangles_max, soup).run();
+        converter(model, triangles_max, pose, soup).run();
     } catch (const refusal &why) {
         outcome = why.outcome;
         std::snprintf(message, message_bytes, "%s", why.what());

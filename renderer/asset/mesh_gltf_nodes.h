@@ -107,10 +107,15 @@ inline std::vector<int> root_nodes(const tinygltf::Model &model) {
 
 // Every mesh that the scene shows, in the file's order. glTF's hierarchy is a strict tree: a node
 // that is reached twice is a cycle or a shared child, both are refused, and so the walk visits each
-// node at most once, however deep it goes. Skinned meshes stay in their rest pose, where glTF
-// ignores the transform of their node.
-inline std::vector<instance> find_instances(const tinygltf::Model &model) {
+// node at most once, however deep it goes. Where a mesh is skinned glTF ignores the transform of its
+// node. `globals` and `in_scene`, where they are wanted, receive the transform of every node of the
+// scene and whether it is one.
+inline std::vector<instance> find_instances(const tinygltf::Model &model,
+                                            std::vector<matrix> *globals = nullptr,
+                                            std::vector<bool> *in_scene = nullptr) {
     std::vector<instance> found;
+    if (globals)
+        globals->assign(model.nodes.size(), IDENTITY);
     if (model.nodes.empty()) {
         for (std::size_t i = 0; i < model.meshes.size(); i++)
             found.push_back({int(i), -1, IDENTITY});
@@ -140,6 +145,8 @@ inline std::vector<instance> find_instances(const tinygltf::Model &model) {
         seen[std::size_t(at.node)] = true;
         const tinygltf::Node &node = model.nodes[std::size_t(at.node)];
         matrix m = multiply(at.object_from_parent, local_matrix(node, at.node));
+        if (globals)
+            (*globals)[std::size_t(at.node)] = m;
         if (node.mesh >= 0) {
             if (std::size_t(node.mesh) >= model.meshes.size())
                 REFUSE("node %d shows mesh %d; there are %zu", at.node, node.mesh,
@@ -148,6 +155,8 @@ inline std::vector<instance> find_instances(const tinygltf::Model &model) {
         }
         push(node.children, m);
     }
+    if (in_scene)
+        *in_scene = seen;
     return found;
 }
 

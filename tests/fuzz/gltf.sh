@@ -10,7 +10,7 @@ mkdir -p "$dir/corpus" "$dir/seeds" "$dir/found"
 flags=(-I. -I/usr/include/nlohmann -D_GNU_SOURCE -O1 -g -ffp-contract=off
     -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined)
 objects=()
-for source in mesh_build mesh_weld mesh_adjacency mesh_normals mesh_uv mesh_soup; do
+for source in mesh_build mesh_pose mesh_weld mesh_adjacency mesh_normals mesh_uv mesh_soup; do
     clang -std=c11 "${flags[@]}" -c -o "$dir/$source.o" "renderer/asset/$source.c"
     objects+=("$dir/$source.o")
 done

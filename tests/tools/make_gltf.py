@@ -15,7 +15,7 @@ import zlib
 BYTE, UBYTE, SHORT, USHORT, UINT, FLOAT = 5120, 5121, 5122, 5123, 5125, 5126
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
 CODES = {BYTE: "b", UBYTE: "B", SHORT: "h", USHORT: "H", UINT: "I", FLOAT: "f"}
-TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
+TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 
 def glb(document, binary, claim=None):
@@ -302,6 +302,78 @@ def degenerate():
     return model.finish().glb()
 
 
+def animation(model, name, *channels):
+    """Adds an animation; a channel is (node, path, times, values, interpolation)."""
+    samplers = [{"input": model.accessor(times), "output": model.accessor(values), "interpolation": how}
+                for _, _, times, values, how in channels]
+    targets = [{"sampler": i, "target": {"node": node, "path": path}}
+               for i, (node, path, *_) in enumerate(channels)]
+    model.document.setdefault("animations", []).append(
+        {"name": name, "samplers": samplers, "channels": targets})
+
+
+def about_z(degrees):
+    return (0, 0, math.sin(math.radians(degrees) / 2), math.cos(math.radians(degrees) / 2))
+
+
+def bar(weights=((1, 0, 0, 0), (0.5, 0.5, 0, 0), (0, 0.5, 0, 0)), joints=(0, 1, 0, 0), bones=(1, 2),
+        roots=(0, 1)):
+    """A square bar of two cubes along y, its upper half on a joint at (0, 1, 0) that turns about z."""
+    model = Model()
+    points = [(x, y, z) for y in (0, 1, 2) for x, z in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
+    walls = [(4 * y + k, 4 * y + 4 + k, 4 * y + 4 + (k + 1) % 4, 4 * y + (k + 1) % 4)
+             for y in (0, 1) for k in range(4)]
+    model.mesh({"attributes": {
+        "POSITION": model.accessor(points),
+        "JOINTS_0": model.accessor([joints for _ in points], UBYTE),
+        "WEIGHTS_0": model.accessor([weights[i // 4] for i in range(len(points))])},
+        "indices": model.accessor(split(walls + [(0, 1, 2, 3), (11, 10, 9, 8)]), USHORT)})
+    model.node(mesh=0, skin=0, translation=[5, 5, 5])  # which a skin ignores
+    model.node(children=[2])
+    model.node(translation=[0, 1, 0])
+    bind = [(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, y, 0, 1) for y in (0, -1)]
+    model.document["skins"] = [{"joints": list(bones), "inverseBindMatrices": model.accessor(bind)}]
+    animation(model, "bend", (2, "rotation", [0, 2], [about_z(0), about_z(90)], "LINEAR"))
+    animation(model, "lift", (1, "translation", [1, 3], [(0, 0, 0), (0, 0, 4)], "STEP"))
+    return model.finish(roots=roots)
+
+
+def skin():
+    """A bar that bends: weights that sum to 1 or, at its top, to a half."""
+    return bar().glb()
+
+
+def morph():
+    """A square whose targets lift it and widen it; the mesh's own weights, and an animation of them."""
+    model = Model()
+    square = [(0, 0, 0), (1, 0, 0), (1, 0, -1), (0, 0, -1)]
+    lift = model.accessor([(0, 1, 0)] * 4)
+    widen = model.accessor([(0, 0, 0), (1, 0, 0), (1, 0, 0), (0, 0, 0)])
+    tilt = model.accessor([(1, -1, 0)] * 4)
+    model.mesh({"attributes": {"POSITION": model.accessor(square), "NORMAL": model.accessor([(0, 1, 0)] * 4)},
+                "targets": [{"POSITION": lift, "NORMAL": tilt}, {"POSITION": widen}],
+                "indices": model.accessor([0, 1, 2, 0, 2, 3], UBYTE)})
+    model.document["meshes"][0]["weights"] = [0, 0.5]
+    model.node(mesh=0)
+    model.node()
+    animation(model, "swell", (0, "weights", [0, 1, 3], [0, 0, 1, 0, 0, 2], "LINEAR"))
+    animation(model, "elsewhere", (1, "translation", [0], [(1, 1, 1)], "LINEAR"))
+    return model.finish(roots=(0, 1)).glb()
+
+
+def animated_nodes():
+    """Tetrahedra that are moved (cubic), scaled (step) and turned the shorter way (linear)."""
+    model = tetra()
+    model.node(mesh=0, translation=[10, 0, 0])
+    model.node(mesh=0)
+    minus = tuple(-x for x in about_z(90))
+    animation(model, "", (0, "translation", [1, 3], [(0, 0, 0), (0, 0, 0), (1, 0, 0),
+                                                     (0, 0, 0), (2, 0, 0), (0, 0, 0)], "CUBICSPLINE"),
+              (1, "scale", [0, 2], [(1, 1, 1), (2, 2, -2)], "STEP"),
+              (2, "rotation", [0, 3], [about_z(0), minus], "LINEAR"))
+    return model.finish(roots=(0, 1, 2)).glb()
+
+
 # --- broken ---------------------------------------------------------------------------------------
 
 def bad_cut_short():
@@ -490,11 +562,87 @@ def bad_kind():
     return b"solid cube\nfacet normal 0 0 1\n"
 
 
+# --- broken in a pose alone -----------------------------------------------------------------------
+
+def bad_pose_joint():
+    """Vertices follow joint 9 of 2."""
+    return bar(joints=(0, 9, 0, 0)).glb()
+
+
+def bad_pose_nan():
+    """A weight is NaN."""
+    return bar(weights=((1, 0, 0, 0), (math.nan, 0.5, 0, 0), (0, 1, 0, 0))).glb()
+
+
+def bad_pose_negative():
+    """A weight is negative."""
+    return bar(weights=((1, 0, 0, 0), (0.5, -0.5, 1, 0), (0, 1, 0, 0))).glb()
+
+
+def bad_pose_weightless():
+    """Weights sum to 0."""
+    return bar(weights=((1, 0, 0, 0), (0, 0, 0, 0), (0, 1, 0, 0))).glb()
+
+
+def bad_pose_bone():
+    """A joint is not in the scene."""
+    return bar(roots=(0,)).glb()
+
+
+def bad_pose_bones():
+    """A joint is node 7 of 3."""
+    return bar(bones=(1, 7)).glb()
+
+
+def bad_pose_order():
+    """Keys are not in order of time."""
+    model = tetra()
+    animation(model, "", (0, "translation", [0, 2, 2], [(0, 0, 0)] * 3, "LINEAR"))
+    return model.finish().glb()
+
+
+def bad_pose_count():
+    """Two keys have five values."""
+    model = tetra()
+    animation(model, "", (0, "translation", [0, 2], [(0, 0, 0)] * 5, "CUBICSPLINE"))
+    return model.finish().glb()
+
+
+def bad_pose_value():
+    """A value is infinite."""
+    model = tetra()
+    animation(model, "", (0, "translation", [0, 2], [(0, 0, 0), (0, math.inf, 0)], "LINEAR"))
+    return model.finish().glb()
+
+
+def bad_pose_node():
+    """An animation moves node 5 of 1."""
+    model = tetra()
+    animation(model, "", (5, "translation", [0], [(0, 0, 0)], "LINEAR"))
+    return model.finish().glb()
+
+
+def bad_pose_target():
+    """A morph target has three vertices of four."""
+    model = Model()
+    model.mesh({"attributes": {"POSITION": model.accessor(TETRA)},
+                "targets": [{"POSITION": model.accessor(TETRA[:3])}],
+                "indices": model.accessor(TETRA_FACES, USHORT)})
+    model.node(mesh=0)
+    animation(model, "", (0, "weights", [0, 1], [1, 1], "LINEAR"))
+    return model.finish().glb()
+
+
+def bad_pose_still():
+    """No animation at all."""
+    return tetra().finish().glb()
+
+
 if __name__ == "__main__":
     directory = sys.argv[1]
     os.makedirs(directory, exist_ok=True)
     for name, make in sorted(globals().items()):
-        if callable(make) and make.__doc__ and name not in ("glb", "plates", "png") and not isinstance(make, type):
+        if callable(make) and make.__doc__ and name not in ("glb", "plates", "png", "animation", "bar") and not isinstance(make, type):
             data = make()
             extension = ".glb" if data[:4] == b"glTF" or name == "bad_kind" else ".gltf"
             with open(os.path.join(directory, name + extension), "wb") as file:

@@ -94,6 +94,9 @@ static void print_type(const struct member *member) {
     case MEMBER_POINTER:
         fputs("JSON Pointer", stdout);
         break;
+    case MEMBER_TEXT:
+        fputs("text", stdout);
+        break;
     case MEMBER_ANY:
         fputs("any", stdout);
         break;

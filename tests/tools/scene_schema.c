@@ -184,6 +184,11 @@ static void put_member(struct json_out *out, const struct member *member) {
         put_text(out, "type", "string");
         put_text(out, "pattern", "^(/([^/~]|~[01])*)+$");
         break;
+    case MEMBER_TEXT:
+        put_text(out, "type", "string");
+        put_number(out, "minLength", 1);
+        put_number(out, "maxLength", SCENE_TEXT_MAX);
+        break;
     case MEMBER_ANY:
         break;
     }

@@ -302,6 +302,167 @@ static void unwanted_textures_are_left_alone(void **state) {
     mesh_release(((struct fixture *)*state)->cache, mesh);
 }
 
+/* ---- poses ---- */
+
+static enum status acquire_posed(struct fixture *fixture, const char *name, const char *animation,
+                                 double time_s, const struct mesh **mesh, struct error *err) {
+    char path[128];
+    snprintf(path, sizeof path, "tests/data/gltf/%s", name);
+    struct scene_mesh spec = {.kind = SCENE_MESH_ASSET,
+                              .asset = path,
+                              .has_time = true,
+                              .time_s = time_s,
+                              .animation = animation};
+    return mesh_acquire(fixture->cache, &spec, true, "/objects/0/mesh", &fixture->source, mesh,
+                        err);
+}
+
+static const struct mesh *load_posed(void **state, const char *name, const char *animation,
+                                     double time_s) {
+    const struct mesh *mesh = NULL;
+    struct error err = {0};
+    if (acquire_posed(*state, name, animation, time_s, &mesh, &err) != STATUS_OK)
+        fail_msg("%s: %s", name, err.fault_count ? err.faults[0].message : "no message");
+    return mesh;
+}
+
+/* Whether some vertex lies there; fp32 in the file. */
+static void check_vertex(const struct mesh *mesh, double x, double y, double z) {
+    double best = 1e30;
+    for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+        const double *p = mesh->position[v];
+        best = fmin(best, hypot(hypot(p[0] - x, p[1] - y), p[2] - z));
+    }
+    if (!(best < 1e-6))
+        fail_msg("no vertex at %g %g %g: %g away", x, y, z, best);
+}
+
+/* The upper half turns about z of the file at (0, 1, 0); in the middle the two joints' mean. */
+static void skins_bend(void **state) {
+    static const double times[] = {0, 0.5, 1, 2, 99};
+    struct mesh_cache *cache = ((struct fixture *)*state)->cache;
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        const struct mesh *mesh = load_posed(state, "skin.glb", "bend", times[i]);
+        double angle = fmin(times[i], 2) / 2 * acos(0), c = cos(angle), s = sin(angle);
+        assert_int_equal(mesh->vertex_count, 12);
+        for (int k = 0; k < 4; k++) {
+            double x = k & 1 ? 0.5 : -0.5, z = k & 2 ? 0.5 : -0.5;
+            check_vertex(mesh, x, -z, 0);
+            check_vertex(mesh, (x + c * x) / 2, -z, 1 + s * x / 2);
+            check_vertex(mesh, c * x - s, -z, 1 + s * x + c); /* weight 0.5: divided by its sum */
+        }
+        assert_true(mesh->rest && mesh->vertex == mesh->rest->vertex);
+        assert_true(measure_volume(mesh) > 0.5);
+        mesh_release(cache, mesh);
+    }
+    /* A joint above: everything follows it, all at once. */
+    const struct mesh *low = load_posed(state, "skin.glb", "lift", 2.9);
+    const struct mesh *high = load_posed(state, "skin.glb", "lift", 3);
+    check_bounds(low, (double[3]){-0.5, -0.5, 0}, (double[3]){0.5, 0.5, 2});
+    check_bounds(high, (double[3]){-0.5, -4.5, 0}, (double[3]){0.5, -3.5, 2});
+    mesh_release(cache, low);
+    mesh_release(cache, high);
+}
+
+/* Without a time: as it lies in the file. */
+static void the_rest_pose_stays(void **state) {
+    struct mesh_cache *cache = ((struct fixture *)*state)->cache;
+    const struct mesh *rest = load(state, "skin.glb", true);
+    const struct mesh *posed = load_posed(state, "skin.glb", NULL, 1);
+    check_bounds(rest, (double[3]){-0.5, -0.5, 0}, (double[3]){0.5, 0.5, 2});
+    assert_ptr_not_equal(posed->rest, rest); /* whose nodes may have welded */
+    assert_int_equal(rest->references, 1);
+    assert_int_equal(posed->rest->references, 1);
+    assert_true(posed->serial != rest->serial);
+    const struct mesh *again = load_posed(state, "skin.glb", "bend", 1);
+    assert_true(again->serial != posed->serial); /* the first, by its name: another key */
+    assert_ptr_equal(again->rest, posed->rest);
+    mesh_release(cache, again);
+    mesh_release(cache, posed);
+    const struct mesh *found = load_posed(state, "skin.glb", NULL, 1);
+    assert_ptr_equal(found, posed);
+    mesh_release(cache, found);
+    mesh_release(cache, rest);
+}
+
+static void targets_morph(void **state) {
+    static const struct {
+        const char *animation;
+        double time, lift, widen;
+    } cases[] = {{"swell", 0, 0, 0},   {"swell", 0.25, 0.25, 0}, {"swell", 1, 1, 0},
+                 {"swell", 2, 0.5, 1}, {"swell", 7, 0, 2},       {"elsewhere", 0, 0, 0.5}};
+    struct mesh_cache *cache = ((struct fixture *)*state)->cache;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const struct mesh *mesh =
+            load_posed(state, "morph.glb", cases[i].animation, cases[i].time);
+        double lift = cases[i].lift, wide = 1 + cases[i].widen;
+        check_bounds(mesh, (double[3]){0, 0, lift}, (double[3]){wide, 1, lift});
+        double length = hypot(lift, 1 - lift); /* of (lift, 1 - lift, 0) */
+        for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+            assert_true(fabs(mesh->normal[v][0] - lift / length) < 1e-6);
+            assert_true(fabs(mesh->normal[v][2] - (1 - lift) / length) < 1e-6);
+        }
+        mesh_release(cache, mesh);
+    }
+}
+
+static void nodes_move(void **state) {
+    struct mesh_cache *cache = ((struct fixture *)*state)->cache;
+    /* Cubic: 0 at 1 s, leaving at 1 a second; 2 at 3 s, where it rests. Half way: 1 + 2 / 8. */
+    const struct mesh *mesh = load_posed(state, "animated_nodes.glb", NULL, 2);
+    check_vertex(mesh, 1.25, 0, 0);
+    check_vertex(mesh, 1.25 + 1, 0, 0);
+    /* Scaled from 2 s on, and mirrored: its sides face outwards all the same. */
+    check_vertex(mesh, 12, 0, 0);
+    check_vertex(mesh, 10, 2, 0);
+    /* Two thirds of a quarter turn. */
+    check_vertex(mesh, cos(acos(0) * 2 / 3), 0, sin(acos(0) * 2 / 3));
+    assert_int_equal(mesh->vertex_count, 12); /* two lie in one place at rest, and part */
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+        for (int k = 0; k < 3; k++)
+            assert_true(isfinite(mesh->normal[v][k]));
+    mesh_release(cache, mesh);
+}
+
+static void broken_poses_are_refused(void **state) {
+    static const struct {
+        const char *name, *part;
+    } cases[] = {
+        {"bad_pose_joint.glb", "follows joint 9 of skin 0, which has 2"},
+        {"bad_pose_nan.glb", "a weight is negative or no finite number"},
+        {"bad_pose_negative.glb", "a weight is negative or no finite number"},
+        {"bad_pose_weightless.glb", "the weights sum to 0"},
+        {"bad_pose_bone.glb", "node 1 for a joint, which the scene does not have"},
+        {"bad_pose_bones.glb", "node 7 for a joint"},
+        {"bad_pose_order.glb", "key 2 of an animation is not later"},
+        {"bad_pose_count.glb", "5 values for 2 keys, not 6"},
+        {"bad_pose_value.glb", "is no finite number"},
+        {"bad_pose_node.glb", "moves node 5; there are 1"},
+        {"bad_pose_target.glb", "a target has 3 vertices, not 4"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const struct mesh *mesh = load(state, cases[i].name, true); /* at rest nothing is wrong */
+        struct error err = {0};
+        assert_int_equal(acquire_posed(*state, cases[i].name, NULL, 1, &mesh, &err),
+                         STATUS_BAD_ASSET);
+        assert_string_equal(err.faults[0].pointer, "/objects/0/mesh/asset");
+        if (!strstr(err.faults[0].message, cases[i].part))
+            fail_msg("%s: %s", cases[i].name, err.faults[0].message);
+        error_clear(&err);
+    }
+    const struct mesh *mesh;
+    struct error err = {0};
+    assert_int_equal(acquire_posed(*state, "bad_pose_still.glb", NULL, 1, &mesh, &err),
+                     STATUS_BAD_ASSET);
+    assert_string_equal(err.faults[0].pointer, "/objects/0/mesh/time");
+    error_clear(&err);
+    assert_int_equal(acquire_posed(*state, "skin.glb", "fly", 1, &mesh, &err), STATUS_BAD_ASSET);
+    assert_string_equal(err.faults[0].pointer, "/objects/0/mesh/animation");
+    assert_string_equal(err.faults[0].message,
+                        "the file has no animation of that name, but bend, lift");
+    error_clear(&err);
+}
+
 /* Every file cut off anywhere, and with any single byte inverted: refused or read, never worse. The
  * sanitizer build is what this is for. */
 static void damage_is_survived(void **state) {
@@ -309,7 +470,7 @@ static void damage_is_survived(void **state) {
     const struct gltf_module *gltf = module_open(MODULE_MESH_GLTF, NULL);
     assert_non_null(gltf);
     static const char *const names[] = {"materials.glb", "sparse.glb", "nodes.glb",
-                                        "hard_edges.gltf"};
+                                        "hard_edges.gltf", "skin.glb", "morph.glb"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         char path[128], message[256];
         snprintf(path, sizeof path, "tests/data/gltf/%s", names[i]);
@@ -321,7 +482,7 @@ static void damage_is_survived(void **state) {
             memcpy(part, bytes.data, cut);
             struct gltf_soup soup;
             enum gltf_outcome outcome =
-                gltf->load(part, cut, MESH_TRIANGLES_MAX, &soup, message, sizeof message);
+                gltf->load(part, cut, MESH_TRIANGLES_MAX, NULL, &soup, message, sizeof message);
             assert_int_equal(outcome, GLTF_BAD);
             assert_true(message[0] && !soup.position);
             free(part);
@@ -332,7 +493,16 @@ static void damage_is_survived(void **state) {
             copy[at] ^= 0xff;
             struct gltf_soup soup;
             enum gltf_outcome outcome =
-                gltf->load(copy, bytes.size, MESH_TRIANGLES_MAX, &soup, message, sizeof message);
+                gltf->load(copy, bytes.size, MESH_TRIANGLES_MAX, NULL, &soup, message, sizeof message);
+            if (outcome == GLTF_OK) {
+                for (uint64_t c = 0; c < 3 * soup.triangle_count; c++)
+                    for (int k = 0; k < 3; k++)
+                        assert_true(isfinite(soup.position[c][k]));
+                gltf->free(&soup);
+            }
+            struct gltf_pose pose = {NULL, 0.5};
+            outcome = gltf->load(copy, bytes.size, MESH_TRIANGLES_MAX, &pose, &soup, message,
+                                 sizeof message);
             if (outcome == GLTF_OK) {
                 for (uint64_t c = 0; c < 3 * soup.triangle_count; c++)
                     for (int k = 0; k < 3; k++)
@@ -361,6 +531,11 @@ int main(void) {
         cmocka_unit_test_setup_teardown(the_bunny_is_closed, setup, teardown),
         cmocka_unit_test_setup_teardown(broken_files_are_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(unwanted_textures_are_left_alone, setup, teardown),
+        cmocka_unit_test_setup_teardown(skins_bend, setup, teardown),
+        cmocka_unit_test_setup_teardown(the_rest_pose_stays, setup, teardown),
+        cmocka_unit_test_setup_teardown(targets_morph, setup, teardown),
+        cmocka_unit_test_setup_teardown(nodes_move, setup, teardown),
+        cmocka_unit_test_setup_teardown(broken_poses_are_refused, setup, teardown),
         cmocka_unit_test(damage_is_survived),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
