@@ -107,6 +107,9 @@ struct scene_material {
     int size[3]; /* voxels along u, v, w; at most 512 x 512 x 64; a height material
                     whose size is not given has 0 here: its image decides */
     uint32_t seed;
+    bool has_growth;    /* fur: `growth` was given, else it is grown */
+    double growth;      /* length of the hairs, of their whole one */
+    double phase;       /* clouds: turns */
     double extinction;  /* homogeneous: per object unit of length */
     bool has_color;     /* `color` as [r, g, b] was given (else it holds the default) */
     double color[3];    /* homogeneous: radiance; other built-ins: their tint */

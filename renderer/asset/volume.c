@@ -8,6 +8,7 @@
 
 #include <gnutls/crypto.h>
 #include <gnutls/gnutls.h>
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -205,10 +206,12 @@ static enum status content_key(const struct scene_material *spec, double thickne
     struct {
         int32_t kind, builtin, size[3];
         uint32_t seed, has_color, mesh_kind;
-        double extinction, color[3], thickness;
+        double extinction, color[3], thickness, growth, phase;
         double mesh_size[2], mesh_radius, mesh_tube, mesh_height;
         int32_t mesh_divisions[2];
-        uint32_t mesh_seed, pad;
+        uint32_t mesh_seed, mesh_posed;
+        double mesh_time_s;
+        char mesh_animation[4 * SCENE_TEXT_MAX + 4];
         unsigned char file[FILE_COUNT][32];
     } text;
     memset(&text, 0, sizeof text);
@@ -220,6 +223,8 @@ static enum status content_key(const struct scene_material *spec, double thickne
         text.size[i] = homogeneous ? 1 : spec->size[i];
     text.seed = builtin && !homogeneous ? spec->seed : 0;
     text.extinction = homogeneous ? spec->extinction : 0.0;
+    text.growth = spec->has_growth ? spec->growth : 1;
+    text.phase = spec->phase - floor(spec->phase);
     text.has_color = spec->has_color;
     if (spec->has_color || homogeneous)
         memcpy(text.color, spec->color, sizeof text.color);
@@ -234,6 +239,11 @@ static enum status content_key(const struct scene_material *spec, double thickne
             text.mesh_height = mesh->height;
             memcpy(text.mesh_divisions, mesh->divisions, sizeof text.mesh_divisions);
             text.mesh_seed = mesh->seed;
+        } else if (mesh->has_time || mesh->animation) {
+            text.mesh_posed = 1;
+            text.mesh_time_s = mesh->has_time ? mesh->time_s : 0;
+            if (mesh->animation)
+                snprintf(text.mesh_animation, sizeof text.mesh_animation, "%s", mesh->animation);
         }
     }
     for (int i = 0; i < FILE_COUNT; i++)

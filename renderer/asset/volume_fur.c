@@ -8,6 +8,8 @@
  * the tip. Within one layer of voxels it is a capsule from where it enters to where it leaves; the
  * capsule's share of each voxel is antialiased over about one voxel.
  *
+ * Hair that has not grown all the way is the same hair, smaller: its tip is nearer to the root.
+ *
  * Left out: a lighting model for hair (the renderer lights media by their gradient), and curls that
  * turn back down (a hair is a function of w). */
 #include <math.h>
@@ -94,6 +96,12 @@ static struct hair make_hair(const struct scene_material *spec, uint32_t index) 
     float hold = undercoat ? 0.08f : random_between(&state, 0.15f, 0.6f);
     for (int i = 0; i < 2; i++)
         hair.gather[i] = hold * (center[i] - hair.root[i]);
+    float growth = spec->has_growth ? (float)spec->growth : 1.0f;
+    hair.length *= growth;
+    for (int i = 0; i < 2; i++) {
+        hair.lean[i] *= growth;
+        hair.gather[i] *= growth;
+    }
 
     float shade =
         random_between(&state, 0.75f, 1.25f) * (0.85f + 0.30f * random_unit(random_hash2(lock, 3)));
