@@ -52,6 +52,7 @@ struct sequence_track {
     struct sequence_key *keys; /* in order of time */
     size_t step_count;
     const char **steps; /* of the pointer, unescaped */
+    uint32_t indices;   /* bit i: step i is an index into an array */
     bool whole;         /* the member holds whole numbers */
 };
 

@@ -114,6 +114,10 @@ static enum status put(const struct sequence *sequence, size_t number, double fr
         const char *step = track->steps[i];
         if (json_is_object(at)) {
             json_t *next = last ? NULL : json_object_get(at, step);
+            if (!next && !last && track->indices & UINT32_C(1) << (i + 1)) {
+                json_decref(value); /* objects are made, arrays are not */
+                return nowhere(number, i, track, err);
+            }
             if (!next && json_object_set_new(at, step, last ? value : json_object()) != 0) {
                 if (!last)
                     json_decref(value);

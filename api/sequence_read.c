@@ -101,6 +101,7 @@ static bool follow(struct sequence_track *track, size_t number, struct error *er
             node = member->sub_node;
             continue;
         }
+        track->indices |= UINT32_C(1) << at;
         const char *index = track->steps[at++];
         if (!array || index_of(index) < 0 || (!list && at < track->step_count)) {
             fault(err, number, "/pointer", "leads nowhere: `%s` has nothing called `%s`", name,

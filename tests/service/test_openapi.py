@@ -90,7 +90,7 @@ def check(document, request, reply):
     if "content" not in response:
         assert kind is None and reply.body == b"", (kind, reply.body)
         return
-    media = response["content"].get(kind)
+    media = response["content"].get(kind) or response["content"].get(kind.split(";")[0])
     assert media, f"Content-Type {kind} is not documented"
     if "json" in kind:
         # The whole document, so that references resolve.
@@ -149,6 +149,17 @@ def ask_about_jobs(daemon, document):
     daemon.until(lambda: daemon.get(swept).json()["state"] == "done", "the sweep is done")
     for accept in ["application/json", "text/html", "text/csv"]:
         ask(200, "GET", swept + "/result", accept)
+    moving = {"frames": 2, "scene": scene(side=8), "tracks": [
+        {"pointer": "/ambient", "keys": [{"frame": 0, "value": [0, 0, 0]}, {"frame": 1, "value": [1, 1, 1]}]}]}
+    ask(400, "POST", "/v1/sequences?output=mp4", body=moving)
+    ask(422, "POST", "/v1/sequences", body=scene(side=8))
+    moved = ask(202, "POST", "/v1/sequences?frames=0-1&output=png,gif", body=moving).headers["Location"]
+    daemon.until(lambda: daemon.get(moved).json()["state"] == "done", "the sequence is done")
+    ask(200, "GET", moved)
+    for accept in ["*/*", "multipart/mixed", "image/gif", "application/json"]:
+        ask(200, "GET", moved + "/result", accept)
+    ask(200, "GET", moved + "/result/frame-0001.png")
+    ask(404, "GET", moved + "/result/frame-0002.png")
     ask(406, "GET", where + "/result", "text/html")
     ask(405, "POST", where + "/result")
     ask(404, "GET", where + "/result/none")
