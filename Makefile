@@ -187,12 +187,14 @@ fuzz: ## feed the reader and the shims with mutations for a minute each
 DOCS := README.md CHANGELOG.md LICENSE api/SCENE.md api/SEQUENCE.md
 
 install: all ## install under $(DESTDIR)$(PREFIX)
-	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(LIBDIR)/pelt $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/assets
+	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(LIBDIR)/pelt $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/assets \
+	    $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/sequences
 	install -m 755 $(BUILD)/pelt $(DESTDIR)$(PREFIX)/bin/pelt
 	install -m 644 $(MODULES) $(DESTDIR)$(LIBDIR)/pelt/
 	install -m 644 $(DOCS) $(DESTDIR)$(PREFIX)/share/doc/pelt/
 	install -m 644 $(wildcard api/openapi.yaml api/*.schema.json) $(DESTDIR)$(PREFIX)/share/doc/pelt/
 	install -m 644 $(wildcard api/examples/*.json) $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/
+	install -m 644 $(wildcard api/examples/sequences/*.json) $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/sequences/
 	install -m 644 $(wildcard api/examples/assets/*) $(DESTDIR)$(PREFIX)/share/doc/pelt/examples/assets/
 
 uninstall: ## remove what install put there

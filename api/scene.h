@@ -71,12 +71,12 @@ struct scene_mesh {
     bool has_time;
     double time_s;
     const char *animation;
-    double size[2];    /* plane, terrain */
-    double radius;     /* sphere, torus, cylinder */
-    double tube;       /* torus */
-    double height;     /* cylinder, terrain */
-    uint32_t seed;     /* terrain */
-    int divisions[2];  /* built-in shapes */
+    double size[2];   /* plane, terrain */
+    double radius;    /* sphere, torus, cylinder */
+    double tube;      /* torus */
+    double height;    /* cylinder, terrain */
+    uint32_t seed;    /* terrain */
+    int divisions[2]; /* built-in shapes */
 };
 
 enum scene_material_kind {

@@ -98,7 +98,7 @@ const struct member scene_members[] = {
 #define SCENE(owner, name_, field_, text_, ...) ROW(owner, name_, field_, SCENE, text_, __VA_ARGS__)
 #define POINTER(owner, name_, field_, text_, ...)                                                  \
     ROW(owner, name_, field_, POINTER, text_, __VA_ARGS__)
-#define ANY(owner, name_, field_, text_, ...) ROW(owner, name_, field_, ANY, text_, __VA_ARGS__)
+#define ANY(owner, name_, field_, text_, ...)  ROW(owner, name_, field_, ANY, text_, __VA_ARGS__)
 #define TEXT(owner, name_, field_, text_, ...) ROW(owner, name_, field_, TEXT, text_, __VA_ARGS__)
 #include "api/scene_members.def"
 };

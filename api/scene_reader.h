@@ -38,8 +38,8 @@ bool reader_scan_found_below(const struct reader *reader);
 enum status reader_document(const char *json, size_t bytes, enum scene_node node, const char *what,
                             struct arena *arena, void *out, json_t **tree, struct error *err);
 
-/* Names a member of `node` that is spelt nearly as `name`; NULL: none. `bit`: of the alternative, 0:
- * not known which. */
+/* Names a member of `node` that is spelt nearly as `name`; NULL: none. `bit`: of the alternative,
+ * 0: not known which. */
 const char *reader_meant(enum scene_node node, uint64_t bit, const char *name);
 
 /* Fills the struct of a node from a JSON object; `json` NULL: with its defaults. */

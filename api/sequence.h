@@ -6,15 +6,13 @@
  *
  * Frame k is what the scene is with every track's value at k put where its JSON Pointer points; it
  * is read as any scene is, so nothing holds in a frame that does not hold in a scene. Before its
- * first key a track has that key's value, after its last that one's, and at a key exactly the key's.
- * Between keys:
- *   step    the value of the key before;
- *   linear  numbers, and arrays of numbers element by element (rotate_deg too: three angles);
- *   smooth  a piecewise cubic that is at rest at the first and the last key and monotone from key to
- *           key, so that it never leaves the values on either side: slopes after Fritsch and
- *           Butland 1984, "A method for constructing local monotone piecewise cubic interpolants",
- *           equation (2); between two keys alone it is 3 s^2 - 2 s^3.
- * Members that are whole numbers are rounded to the nearest.
+ * first key a track has that key's value, after its last that one's, and at a key exactly the
+ * key's. Between keys: step    the value of the key before; linear  numbers, and arrays of numbers
+ * element by element (rotate_deg too: three angles); smooth  a piecewise cubic that is at rest at
+ * the first and the last key and monotone from key to key, so that it never leaves the values on
+ * either side: slopes after Fritsch and Butland 1984, "A method for constructing local monotone
+ * piecewise cubic interpolants", equation (2); between two keys alone it is 3 s^2 - 2 s^3. Members
+ * that are whole numbers are rounded to the nearest.
  *
  * sequence_members.def has every member; the tree of the text is kept, and changed in place. */
 #ifndef PELT_API_SEQUENCE_H

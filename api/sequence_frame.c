@@ -62,8 +62,7 @@ static json_t *number_at(const struct sequence_track *track, long element, doubl
                          double *values) {
     for (size_t k = 0; k < track->key_count; k++) {
         const json_t *value = track->keys[k].value;
-        values[k] =
-            json_number_value(element < 0 ? value : json_array_get(value, (size_t)element));
+        values[k] = json_number_value(element < 0 ? value : json_array_get(value, (size_t)element));
     }
     double value = sequence_value(track, values, frame);
     return json_real(track->whole ? floor(value + 0.5) : value);

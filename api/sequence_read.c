@@ -230,8 +230,7 @@ enum status sequence_read(const char *json, size_t bytes, struct arena *arena,
             check_pointer(arena, sequence, i, &found);
         else /* what is wrong with it is told; others shall not be compared with it */
             sequence->tracks[i].step_count = 0;
-    if (found.status == STATUS_OK &&
-        (uint64_t)sequence->frames * bytes > SEQUENCE_TEXT_MAX)
+    if (found.status == STATUS_OK && (uint64_t)sequence->frames * bytes > SEQUENCE_TEXT_MAX)
         error_fault(&found, STATUS_TOO_COMPLEX, "/frames",
                     "%d frames of a text of %zu bytes: the product may be %llu", sequence->frames,
                     bytes, (unsigned long long)SEQUENCE_TEXT_MAX);

@@ -18,9 +18,8 @@ struct encode_gif {
 };
 
 static enum status failed(int outcome, const char *message, struct error *err) {
-    return error_fault(
-        err, outcome == IMAGE_OUT_OF_MEMORY ? STATUS_OUT_OF_MEMORY : STATUS_INTERNAL, NULL, "%s",
-        message);
+    return error_fault(err, outcome == IMAGE_OUT_OF_MEMORY ? STATUS_OUT_OF_MEMORY : STATUS_INTERNAL,
+                       NULL, "%s", message);
 }
 
 enum status encode_gif_begin(int width, int height, double fps, struct encode_gif **out,

@@ -101,7 +101,7 @@ struct ipc_result { /* one descriptor: the output's bytes */
     uint32_t reserved; /* 0 */
 };
 
-struct ipc_part { /* of the output that grows */
+struct ipc_part {             /* of the output that grows */
     char name[TASK_NAME_MAX]; /* "": what is between parts, or behind the last */
     uint64_t offset, bytes;   /* of the part in the output */
     uint64_t total;           /* that the output has now */

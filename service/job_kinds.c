@@ -5,7 +5,8 @@
 
 static const char *const reference_outputs[] = {"reference.png", "reference.exr", "report.json",
                                                 NULL};
-static const char *const sequence_outputs[] = {"frames.multipart", "sequence.gif", "frames.json", NULL};
+static const char *const sequence_outputs[] = {"frames.multipart", "sequence.gif", "frames.json",
+                                               NULL};
 static const char *const sweep_outputs[] = {"sweep.json", "sweep.html", "sweep.csv", NULL};
 
 const struct task_kind task_kinds[] = {

@@ -33,9 +33,10 @@ struct task_run {
      * copied. STATUS_OUT_OF_MEMORY, STATUS_IO_ERROR; STATUS_CANCELLED where nobody wants it. */
     enum status (*output)(void *user, const char *name, const char *media_type, const void *data,
                           size_t bytes, struct error *err);
-    /* One output may grow while the task runs, and be read meanwhile: begun once; then bytes are added
-     * to it, `head` and then `data`; where `part` is not NULL, `data` is fetched by that name too.
-     * What was added for good is ended with a last call without a part. Statuses as output(). */
+    /* One output may grow while the task runs, and be read meanwhile: begun once; then bytes are
+     * added to it, `head` and then `data`; where `part` is not NULL, `data` is fetched by that name
+     * too. What was added for good is ended with a last call without a part. Statuses as output().
+     */
     enum status (*begin)(void *user, const char *name, const char *media_type, struct error *err);
     enum status (*grow)(void *user, const char *part, const char *head, const void *data,
                         size_t bytes, struct error *err);

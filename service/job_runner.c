@@ -122,8 +122,9 @@ static bool handle_part(struct job_runner *runner, struct ipc_message *message) 
     const struct ipc_part *part = &message->body.part;
     struct task_part added = {.offset = part->offset, .bytes = part->bytes};
     bool named = part->name[0] != 0;
-    if (named && (!is_word(part->name, sizeof part->name, "abcdefghijklmnopqrstuvwxyz0123456789._-") ||
-                  strlen(part->name) >= sizeof added.name))
+    if (named &&
+        (!is_word(part->name, sizeof part->name, "abcdefghijklmnopqrstuvwxyz0123456789._-") ||
+         strlen(part->name) >= sizeof added.name))
         return false;
     if (named)
         memcpy(added.name, part->name, sizeof added.name);

@@ -1,9 +1,9 @@
 /* The kind `sequence`: POST /v1/sequences, the frames of a sequence as a long job.
  *
  * Options are the query's: frames=A-B as on the command line, output=png, gif, or png,gif. Outputs:
- * frames.multipart, which grows frame by frame (RFC 2046 multipart/mixed; each picture can be had by
- * its own name too, from the moment it is made), sequence.gif, frames.json: what each frame took,
- * and what was kept and renewed for it. */
+ * frames.multipart, which grows frame by frame (RFC 2046 multipart/mixed; each picture can be had
+ * by its own name too, from the moment it is made), sequence.gif, frames.json: what each frame
+ * took, and what was kept and renewed for it. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -57,9 +57,8 @@ static enum status read_range(const struct ask *ask, const struct sequence *sequ
                               int *last, struct error *err) {
     if (sequence_range(ask->range, sequence->frames, first, last))
         return STATUS_OK;
-    return error_fault(err, STATUS_BAD_REQUEST, NULL,
-                       "frames=%s: the sequence has frames 0 to %d", ask->range,
-                       sequence->frames - 1);
+    return error_fault(err, STATUS_BAD_REQUEST, NULL, "frames=%s: the sequence has frames 0 to %d",
+                       ask->range, sequence->frames - 1);
 }
 
 enum status task_sequence_read(const char *text, size_t bytes, const char *options,
@@ -107,7 +106,8 @@ static enum status take_frame(void *user, int frame, const unsigned char *data, 
     if (running->count == 0)
         sequence_index_begin(&running->index, running->sequence, report->resolved.image.width,
                              report->resolved.image.height);
-    sequence_index_add(&running->index, running->sequence, frame, data ? name : NULL, bytes, report);
+    sequence_index_add(&running->index, running->sequence, frame, data ? name : NULL, bytes,
+                       report);
     running->count++;
     int last = running->order.last, left = last - frame;
     snprintf(name, sizeof name, left ? "frame %d" : "finishing", frame + 1);
@@ -148,11 +148,10 @@ enum status task_sequence_run(const struct task_run *run, struct error *err) {
     order->frame = take_frame;
     order->user = &running;
     if (status == STATUS_OK && ask.pictures)
-        status = run->begin(run->user, "frames.multipart",
-                            "multipart/mixed; boundary=" BOUNDARY, err);
-    if (status == STATUS_OK)
         status =
-            sequence_run(run->renderer, &sequence, run->assets, order, &gif, &gif_bytes, err);
+            run->begin(run->user, "frames.multipart", "multipart/mixed; boundary=" BOUNDARY, err);
+    if (status == STATUS_OK)
+        status = sequence_run(run->renderer, &sequence, run->assets, order, &gif, &gif_bytes, err);
     if (status == STATUS_OK && ask.pictures)
         status = run->grow(run->user, NULL, "\r\n--" BOUNDARY "--\r\n", NULL, 0, err);
     if (status == STATUS_OK && gif)

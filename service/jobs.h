@@ -40,7 +40,7 @@ enum {
     TASK_OUTPUTS_MAX = 16,
     TASK_PARTS_MAX = 4096,   /* of one output */
     TASK_PART_NAME_MAX = 32, /* with the terminating 0 */
-    TASK_NAME_MAX = 64, /* of an output, a media type, a phase; with the terminating 0 */
+    TASK_NAME_MAX = 64,      /* of an output, a media type, a phase; with the terminating 0 */
     TASK_OPTIONS_MAX = 1024
 };
 

@@ -271,7 +271,7 @@ enum MHD_Result jobs_http_answer_one(struct request *request) {
 
 struct picking {
     struct request *request;
-    const char *name; /* NULL: the main one, by Accept */
+    const char *name;          /* NULL: the main one, by Accept */
     struct task_output output; /* its parts are the store's and are not looked at */
     bool grows;                /* it is still being made */
     struct task_part part;     /* what is wanted of it; no name: all */
@@ -350,7 +350,8 @@ static void take(struct picking *picking, const struct task_output *output) {
 /* With the store's lock held: finds the output and takes a descriptor of its own. */
 static void pick(void *user, const struct task *task) {
     struct picking *picking = user;
-    const struct task_output *output = task->state == TASK_RUNNING ? pick_early(task, picking) : NULL;
+    const struct task_output *output =
+        task->state == TASK_RUNNING ? pick_early(task, picking) : NULL;
     if (output) {
         take(picking, output);
         return;

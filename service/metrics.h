@@ -26,7 +26,9 @@ enum metrics_end {
 #define METRICS_ENDPOINTS(X)                                                                       \
     X(render)                                                                                      \
     X(plan)                                                                                        \
-    X(jobs) X(sweep) X(sequences) X(assets) X(capabilities) X(livez) X(readyz) X(metrics) X(openapi) X(other)
+    X(jobs)                                                                                        \
+    X(sweep)                                                                                       \
+    X(sequences) X(assets) X(capabilities) X(livez) X(readyz) X(metrics) X(openapi) X(other)
 
 enum metrics_endpoint {
 #define METRICS_ENDPOINT_ENUM(name) METRICS_ENDPOINT_##name,

@@ -398,16 +398,12 @@ static int render_sequence(char **scenes, int count, const struct options *optio
         return cli_usage("render", "--frames: one sequence, and -o");
     if (options->out_dir || options->json || options->server)
         return cli_usage("render", "--frames goes with none of --out-dir, --json and --server");
-    struct render_frames frames = {scenes[0],
-                                   options->frames_range,
-                                   options->output,
-                                   options->assets,
-                                   options->report,
-                                   options->format_name,
-                                   options->quiet,
-                                   !options->quiet &&
-                                       (options->verbose || isatty(STDERR_FILENO)),
-                                   options->gl};
+    struct render_frames frames = {
+        scenes[0],       options->frames_range,
+        options->output, options->assets,
+        options->report, options->format_name,
+        options->quiet,  !options->quiet && (options->verbose || isatty(STDERR_FILENO)),
+        options->gl};
     return render_frames(&frames);
 }
 

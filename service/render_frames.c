@@ -142,8 +142,7 @@ static enum status draw(struct frames *frames, struct sequence *sequence, struct
     if (status == STATUS_OK)
         status = renderer_create(&options->gl, &renderer, err);
     if (status == STATUS_OK)
-        status =
-            sequence_run(renderer, sequence, &assets, &frames->order, &gif, &gif_bytes, err);
+        status = sequence_run(renderer, sequence, &assets, &frames->order, &gif, &gif_bytes, err);
     if (status == STATUS_OK && gif)
         status = files_write(options->output, gif, gif_bytes, err);
     if (status == STATUS_OK && options->report) {
@@ -182,9 +181,9 @@ int render_frames(const struct render_frames *options) {
     frames.sequence = &sequence;
     if (status == STATUS_OK &&
         !sequence_range(options->range, sequence.frames, &frames.order.first, &frames.order.last))
-        status = error_fault(&err, STATUS_USAGE, NULL,
-                             "--frames %s: the sequence has frames 0 to %d", options->range,
-                             sequence.frames - 1);
+        status =
+            error_fault(&err, STATUS_USAGE, NULL, "--frames %s: the sequence has frames 0 to %d",
+                        options->range, sequence.frames - 1);
     if (status == STATUS_OK)
         status = sequence_check(&sequence, frames.order.first, frames.order.last, NULL, NULL, &err);
     if (status == STATUS_OK)

@@ -306,7 +306,8 @@ enum MHD_Result render_request_answer(struct request *request) {
                                                         : render_request_types[job->format]);
     }
     double retry_after_s = 0;
-    if (render_request_prepare(request, NULL, NULL, NULL, &retry_after_s, &request->error) != STATUS_OK)
+    if (render_request_prepare(request, NULL, NULL, NULL, &retry_after_s, &request->error) !=
+        STATUS_OK)
         return reply_error(request, &request->error, retry_after_s, false);
     bool plan = request->route->endpoint == METRICS_ENDPOINT_plan;
     job->kind = plan ? JOB_PLAN : JOB_RENDER;

@@ -83,9 +83,9 @@ static enum status draw_frame(struct run *run, int frame, const struct scene *sc
     struct error found = {0};
     double parsed_ms = clock_now_ms();
     struct render_limits limits = {
-        began_ms, order->pictures ? encode_expected_ms(order->format, scene->image.width,
-                                                       scene->image.height)
-                                  : 0};
+        began_ms, order->pictures
+                      ? encode_expected_ms(order->format, scene->image.width, scene->image.height)
+                      : 0};
     if (renderer_render_within(run->renderer, scene, &run->assets, &limits, &result, &found) !=
         STATUS_OK)
         return sequence_blame(run->sequence, frame, &found, err);
@@ -97,8 +97,7 @@ static enum status draw_frame(struct run *run, int frame, const struct scene *sc
         status = encode_image(order->format, result.pixels, result.width, result.height, &data,
                               &bytes, err);
     if (status == STATUS_OK && order->gif && !run->gif)
-        status =
-            encode_gif_begin(result.width, result.height, run->sequence->fps, &run->gif, err);
+        status = encode_gif_begin(result.width, result.height, run->sequence->fps, &run->gif, err);
     if (status == STATUS_OK && order->gif)
         status = encode_gif_add(run->gif, result.pixels, scene->image.background, err);
     double done_ms = clock_now_ms();

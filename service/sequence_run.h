@@ -13,12 +13,12 @@
 #include "service/encode.h"
 
 struct sequence_order {
-    int first, last;           /* frames */
-    bool pictures, gif;        /* what is wanted: a file for each frame, one for all */
-    enum encode_format format; /* of the pictures */
+    int first, last;              /* frames */
+    bool pictures, gif;           /* what is wanted: a file for each frame, one for all */
+    enum encode_format format;    /* of the pictures */
     const atomic_bool *cancelled; /* NULL, or looked at between frames */
-    /* After each frame: its picture (NULL where none is wanted), which is lent, and its report, with
-     * all stages filled in. Anything but STATUS_OK ends the run. */
+    /* After each frame: its picture (NULL where none is wanted), which is lent, and its report,
+     * with all stages filled in. Anything but STATUS_OK ends the run. */
     enum status (*frame)(void *user, int frame, const unsigned char *data, size_t bytes,
                          const struct report *report, struct error *err);
     void *user;

@@ -60,7 +60,8 @@ struct mesh {
         uint64_t normals_made_first, uvs_made_first; /* the first such vertex */
     } diagnosis;
 
-    /* Of an asset: the triangle of its file that became each; NULL where the mesh cannot be posed. */
+    /* Of an asset: the triangle of its file that became each; NULL where the mesh cannot be posed.
+     */
     uint32_t *source;
     uint64_t source_count; /* triangles of the file */
     /* Of a posed mesh: the rest pose, whose arrays it shares but for position, normal and

@@ -2,8 +2,8 @@
  *
  * The key is what decides the mesh and nothing else: a built-in shape's own parameters, or the
  * SHA-256 of an asset's bytes, never its name, with the pose that is asked for. A posed mesh holds
- * the rest pose, which is made or found first: frames of an animation share it. A mesh in use is never evicted, so bytes_max may be
- * passed for as long as a scene needs it. */
+ * the rest pose, which is made or found first: frames of an animation share it. A mesh in use is
+ * never evicted, so bytes_max may be passed for as long as a scene needs it. */
 #include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -117,8 +117,8 @@ static bool key_equals(const struct key *a, const struct key *b) {
     return a->kind == b->kind && a->size[0] == b->size[0] && a->size[1] == b->size[1] &&
            a->radius == b->radius && a->tube == b->tube && a->height == b->height &&
            a->seed == b->seed && a->divisions[0] == b->divisions[0] &&
-           a->divisions[1] == b->divisions[1] &&
-           a->posed == b->posed && a->for_poses == b->for_poses && a->time_s == b->time_s &&
+           a->divisions[1] == b->divisions[1] && a->posed == b->posed &&
+           a->for_poses == b->for_poses && a->time_s == b->time_s &&
            strcmp(a->animation, b->animation) == 0 &&
            memcmp(a->sha256, b->sha256, sizeof a->sha256) == 0;
 }
@@ -165,7 +165,8 @@ static enum status make_pose(struct mesh_cache *cache, const struct scene_mesh *
         return status;
     rest->used = ++cache->clock;
     entry->has_images = rest->has_images;
-    status = mesh_asset_pose(bytes->data, bytes->size, spec, rest->mesh, pointer, &entry->mesh, err);
+    status =
+        mesh_asset_pose(bytes->data, bytes->size, spec, rest->mesh, pointer, &entry->mesh, err);
     if (status == STATUS_OK)
         rest->mesh->references++;
     return status;
@@ -209,8 +210,7 @@ static enum status find_or_make(struct mesh_cache *cache, const struct scene_mes
     key_of(spec, bytes->sha256, &key);
     key.for_poses = for_poses;
     *entry = find(cache, &key, want_textures);
-    return *entry ? STATUS_OK
-                  : make(cache, spec, want_textures, pointer, bytes, &key, entry, err);
+    return *entry ? STATUS_OK : make(cache, spec, want_textures, pointer, bytes, &key, entry, err);
 }
 
 enum status mesh_acquire(struct mesh_cache *cache, const struct scene_mesh *spec,

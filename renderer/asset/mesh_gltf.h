@@ -60,7 +60,8 @@ struct gltf_module {
      * Posed or not, a file gives the same triangles in the same order; a posed one has neither
      * texture coordinates nor surfaces nor images (NULL). */
     enum gltf_outcome (*load)(const unsigned char *data, size_t bytes, uint64_t triangles_max,
-                              const struct gltf_pose *pose, struct gltf_soup *soup, char *message, size_t message_bytes);
+                              const struct gltf_pose *pose, struct gltf_soup *soup, char *message,
+                              size_t message_bytes);
     void (*free)(struct gltf_soup *soup);
     const char *(*version)(void);
 };

@@ -107,9 +107,9 @@ inline std::vector<int> root_nodes(const tinygltf::Model &model) {
 
 // Every mesh that the scene shows, in the file's order. glTF's hierarchy is a strict tree: a node
 // that is reached twice is a cycle or a shared child, both are refused, and so the walk visits each
-// node at most once, however deep it goes. Where a mesh is skinned glTF ignores the transform of its
-// node. `globals` and `in_scene`, where they are wanted, receive the transform of every node of the
-// scene and whether it is one.
+// node at most once, however deep it goes. Where a mesh is skinned glTF ignores the transform of
+// its node. `globals` and `in_scene`, where they are wanted, receive the transform of every node of
+// the scene and whether it is one.
 inline std::vector<instance> find_instances(const tinygltf::Model &model,
                                             std::vector<matrix> *globals = nullptr,
                                             std::vector<bool> *in_scene = nullptr) {

@@ -270,7 +270,8 @@ class poser {
     }
 
     // Along the shorter arc; the angle from half-lengths, which tells small ones apart.
-    static std::vector<double> turn_between(std::vector<double> a, std::vector<double> b, double s) {
+    static std::vector<double> turn_between(std::vector<double> a, std::vector<double> b,
+                                            double s) {
         double dot = 0, apart = 0, together = 0;
         for (std::size_t i = 0; i < 4; i++)
             dot += a[i] * b[i];
@@ -304,7 +305,8 @@ class poser {
                 REFUSE("%s: the weight of target %zu is no finite number", where, i);
             if (t.weight == 0)
                 continue;
-            t.has_position = open_target(primitive.targets[i], "POSITION", where, count, t.position);
+            t.has_position =
+                open_target(primitive.targets[i], "POSITION", where, count, t.position);
             t.has_normal = open_target(primitive.targets[i], "NORMAL", where, count, t.normal);
             found.push_back(t);
         }
@@ -361,9 +363,8 @@ class poser {
         return skins.emplace(index, std::move(bones)).first->second;
     }
 
-    void open_influences(const tinygltf::Primitive &primitive, const char *where,
-                         std::size_t count, std::vector<reader> &joints,
-                         std::vector<reader> &weights) const {
+    void open_influences(const tinygltf::Primitive &primitive, const char *where, std::size_t count,
+                         std::vector<reader> &joints, std::vector<reader> &weights) const {
         for (std::size_t set = 0; set <= INFLUENCE_SETS_MAX; set++) {
             auto joint = primitive.attributes.find("JOINTS_" + std::to_string(set));
             auto weight = primitive.attributes.find("WEIGHTS_" + std::to_string(set));

@@ -18,7 +18,8 @@ struct mesh_soup {
     double (*uv)[2];
     uint8_t *has_normal, *has_uv; /* for each triangle */
     uint16_t *surface;            /* for each triangle */
-    /* Corners weld within a part alone: where each ends, counted in triangles. 0: all is one part. */
+    /* Corners weld within a part alone: where each ends, counted in triangles. 0: all is one part.
+     */
     uint32_t part_count;
     const uint64_t *part_end;
 };

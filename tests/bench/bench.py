@@ -3,7 +3,7 @@
 from the 10th to the 90th percentile, and the command that gives it. Everything is warm: the first
 runs are not counted.
 
-Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sort,plan,slicing,choice,memory,cold] [--repeats N]
+Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sequence,sort,plan,slicing,choice,memory,cold] [--repeats N]
 The exit code is 0 whatever was measured: a machine may be slow or busy; numbers are for reading."""
 
 import argparse
@@ -22,6 +22,7 @@ import time
 
 import choice
 import table1
+from bench_sequence import bench_sequence
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 EXAMPLES = os.path.join(ROOT, "api", "examples")
@@ -414,13 +415,14 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", default="demo,error,reference,service,jobs,sort,plan,slicing,choice,memory,cold")
+    parser.add_argument("--only", default="demo,error,reference,service,jobs,sequence,sort,plan,slicing,choice,memory,cold")
     parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     pelt = os.path.join(options.build, "pelt")
     table = {"demo": lambda n: bench_demo(pelt, n), "error": lambda n: bench_error(pelt, n),
              "reference": lambda n: bench_reference(pelt, n), "service": lambda n: bench_service(pelt, n),
              "jobs": lambda n: bench_jobs(pelt, n),
+             "sequence": lambda n: bench_sequence(pelt, EXAMPLES, spread, n),
              "sort": lambda n: bench_sort(options.build, n),
              "plan": lambda n: bench_plan(options.build, n),
              "slicing": lambda n: (bench_slicing(options.build, min(n, 5))
@@ -445,7 +447,7 @@ def main():
 
 def table_title(name):
     return {"demo": bench_demo, "error": bench_error, "reference": bench_reference,
-            "service": bench_service, "jobs": bench_jobs,
+            "service": bench_service, "jobs": bench_jobs, "sequence": bench_sequence,
             "sort": bench_sort, "plan": bench_plan, "slicing": bench_slicing, "choice": bench_choice,
             "memory": bench_memory, "cold": bench_cold}[name].__doc__
 

@@ -63,8 +63,8 @@ void pose(const std::vector<unsigned char> &file, std::uint64_t triangles, std::
         return;
     }
     check(soup.triangle_count == same);
-    mesh_soup view = {soup.triangle_count, soup.position, soup.normal, nullptr, soup.has_normal,
-                      nullptr,             nullptr};
+    mesh_soup view = {soup.triangle_count, soup.position, soup.normal, nullptr,
+                      soup.has_normal,     nullptr,       nullptr};
     mesh *posed = nullptr;
     check(mesh_pose(rest, &view, "", &posed, nullptr) == STATUS_OK);
     for (std::uint32_t v = 0; v < posed->vertex_count; v++)
@@ -83,8 +83,8 @@ extern "C" int LLVMFuzzerTestOneInput(const unsigned char *data, std::size_t siz
     gltf_soup soup;
     char message[300] = "";
     constexpr std::uint64_t TRIANGLES = 20000;
-    gltf_outcome outcome = pelt_mesh_module.load(file.data(), file.size(), TRIANGLES, nullptr, &soup,
-                                                 message, sizeof message);
+    gltf_outcome outcome = pelt_mesh_module.load(file.data(), file.size(), TRIANGLES, nullptr,
+                                                 &soup, message, sizeof message);
     if (outcome != GLTF_OK) {
         check(message[0] && !soup.position && !soup.images);
         return 0;

@@ -1,6 +1,6 @@
-/* Writes api/SCENE.md, the documentation of every member of the scene (`sequence`: api/SEQUENCE.md), to stdout, from the table of
- * members and the table of refusals. `make generate` runs it; a test holds the committed file to
- * it. */
+/* Writes api/SCENE.md, the documentation of every member of the scene (`sequence`:
+ * api/SEQUENCE.md), to stdout, from the table of members and the table of refusals. `make generate`
+ * runs it; a test holds the committed file to it. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -212,24 +212,27 @@ static void print_node(enum scene_node node) {
 }
 
 static void print_sequence(void) {
-    printf("# Sequences, version 1\n\n"
-           "<!-- Made by `make generate` from sequence_members.def: edit that. -->\n\n"
-           "A sequence is one JSON object of at most %d bytes: a [scene](SCENE.md) and tracks that say "
-           "how members of it\n"
-           "change from frame to frame. Every frame is read as a scene is; a fault names the frame, and "
-           "the track that\n"
-           "drives the member at fault.\n\n"
-           "```json\n"
-           "{\"frames\": 60, \"tracks\": [{\"pointer\": \"/objects/0/transform/rotate_deg\", "
-           "\"keys\": [\n"
-           "    {\"frame\": 0, \"value\": [0, 0, 0]}, {\"frame\": 60, \"value\": [0, 0, 360]}]}],\n"
-           " \"scene\": {\"objects\": [{\"shell\": {\"mesh\": {\"shape\": \"torus\"}, "
-           "\"material\": {\"builtin\": \"fur\"}}}]}}\n"
-           "```\n\n"
-           "All frames draw at most %llu pixels times samples together, and frames times bytes of the "
-           "text are at most\n%llu.\n",
-           SCENE_BYTES_MAX, (unsigned long long)SEQUENCE_SAMPLES_MAX,
-           (unsigned long long)SEQUENCE_TEXT_MAX);
+    printf(
+        "# Sequences, version 1\n\n"
+        "<!-- Made by `make generate` from sequence_members.def: edit that. -->\n\n"
+        "A sequence is one JSON object of at most %d bytes: a [scene](SCENE.md) and tracks that "
+        "say "
+        "how members of it\n"
+        "change from frame to frame. Every frame is read as a scene is; a fault names the frame, "
+        "and "
+        "the track that\n"
+        "drives the member at fault.\n\n"
+        "```json\n"
+        "{\"frames\": 60, \"tracks\": [{\"pointer\": \"/objects/0/transform/rotate_deg\", "
+        "\"keys\": [\n"
+        "    {\"frame\": 0, \"value\": [0, 0, 0]}, {\"frame\": 60, \"value\": [0, 0, 360]}]}],\n"
+        " \"scene\": {\"objects\": [{\"shell\": {\"mesh\": {\"shape\": \"torus\"}, "
+        "\"material\": {\"builtin\": \"fur\"}}}]}}\n"
+        "```\n\n"
+        "All frames draw at most %llu pixels times samples together, and frames times bytes of the "
+        "text are at most\n%llu.\n",
+        SCENE_BYTES_MAX, (unsigned long long)SEQUENCE_SAMPLES_MAX,
+        (unsigned long long)SEQUENCE_TEXT_MAX);
     for (int node = SCENE_NODES_OF_SCENE; node < SCENE_NODE_COUNT; node++)
         print_node((enum scene_node)node);
 }

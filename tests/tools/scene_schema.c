@@ -1,5 +1,6 @@
-/* Writes api/scene.schema.json (`sequence`: api/sequence.schema.json; JSON Schema, draft 2020-12) to stdout, from the table of members.
- * `make generate` runs it; a test holds the committed file to it.
+/* Writes api/scene.schema.json (`sequence`: api/sequence.schema.json; JSON Schema, draft 2020-12)
+ * to stdout, from the table of members. `make generate` runs it; a test holds the committed file to
+ * it.
  *
  * What the schema cannot say is in api/refusals.def. Alternatives become a oneOf of closed objects;
  * those that differ by nothing but the value of their key share one. */

@@ -393,8 +393,7 @@ static void targets_morph(void **state) {
                  {"swell", 2, 0.5, 1}, {"swell", 7, 0, 2},       {"elsewhere", 0, 0, 0.5}};
     struct mesh_cache *cache = ((struct fixture *)*state)->cache;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        const struct mesh *mesh =
-            load_posed(state, "morph.glb", cases[i].animation, cases[i].time);
+        const struct mesh *mesh = load_posed(state, "morph.glb", cases[i].animation, cases[i].time);
         double lift = cases[i].lift, wide = 1 + cases[i].widen;
         check_bounds(mesh, (double[3]){0, 0, lift}, (double[3]){wide, 1, lift});
         double length = hypot(lift, 1 - lift); /* of (lift, 1 - lift, 0) */
@@ -469,8 +468,8 @@ static void damage_is_survived(void **state) {
     (void)state;
     const struct gltf_module *gltf = module_open(MODULE_MESH_GLTF, NULL);
     assert_non_null(gltf);
-    static const char *const names[] = {"materials.glb", "sparse.glb", "nodes.glb",
-                                        "hard_edges.gltf", "skin.glb", "morph.glb"};
+    static const char *const names[] = {"materials.glb",   "sparse.glb", "nodes.glb",
+                                        "hard_edges.gltf", "skin.glb",   "morph.glb"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         char path[128], message[256];
         snprintf(path, sizeof path, "tests/data/gltf/%s", names[i]);
@@ -492,8 +491,8 @@ static void damage_is_survived(void **state) {
             memcpy(copy, bytes.data, bytes.size);
             copy[at] ^= 0xff;
             struct gltf_soup soup;
-            enum gltf_outcome outcome =
-                gltf->load(copy, bytes.size, MESH_TRIANGLES_MAX, NULL, &soup, message, sizeof message);
+            enum gltf_outcome outcome = gltf->load(copy, bytes.size, MESH_TRIANGLES_MAX, NULL,
+                                                   &soup, message, sizeof message);
             if (outcome == GLTF_OK) {
                 for (uint64_t c = 0; c < 3 * soup.triangle_count; c++)
                     for (int k = 0; k < 3; k++)

@@ -395,9 +395,120 @@ static void test_no_memory(void **state) {
     assert_int_equal(jobs_view(jobs).queued, 2);
 }
 
+/* ---- an output that grows ---- */
+
+static enum status grow(struct jobs *jobs, uint64_t serial, const char *name, size_t offset,
+                        size_t bytes, size_t total) {
+    struct task_part part = {.offset = offset, .bytes = bytes};
+    if (name)
+        strncpy(part.name, name, sizeof part.name - 1);
+    return jobs_grow(jobs, serial, name ? &part : NULL, total, at(0), NULL);
+}
+
+struct following {
+    struct jobs_follower follower;
+    int woken;
+    size_t bytes, parts;
+    enum task_state state;
+    bool wait;
+};
+
+static void count_wake(void *user) {
+    ((struct following *)user)->woken++;
+}
+
+static bool look_on(void *user, const struct task *task) {
+    struct following *following = user;
+    following->state = task->state;
+    following->bytes = task->output_count ? task->outputs[0].bytes : 0;
+    following->parts = task->output_count ? task->outputs[0].part_count : 0;
+    return following->wait;
+}
+
+static void an_output_grows(void **state) {
+    struct jobs *jobs = *state;
+    char id[JOBS_ID_BYTES];
+    struct started started;
+    struct following following = {.wait = true};
+    following.follower = (struct jobs_follower){.wake = count_wake, .user = &following};
+    submit(jobs, 0, id);
+    assert_true(start(jobs, 0, &started));
+    assert_int_equal(grow(jobs, started.serial, "a", 0, 1, 1), STATUS_INTERNAL); /* none grows */
+    struct task_output output = {.name = "frames", .media_type = "multipart/mixed", .grows = true};
+    output.fd = memfd_open("test");
+    assert_int_equal(jobs_output(jobs, started.serial, &output, at(0), NULL), STATUS_OK);
+    assert_int_equal(jobs_follow(jobs, id, at(0), look_on, &following, &following.follower, NULL),
+                     STATUS_OK);
+    assert_int_equal(following.bytes, 0);
+    assert_int_equal(grow(jobs, started.serial, "a", 10, 90, 100), STATUS_OK);
+    assert_int_equal(following.woken, 1);
+    assert_int_equal(grow(jobs, started.serial, "b", 110, 90, 200), STATUS_OK);
+    assert_int_equal(following.woken, 1); /* once for each time that it waits */
+    jobs_follow(jobs, id, at(0), look_on, &following, &following.follower, NULL);
+    assert_int_equal(following.bytes, 200);
+    assert_int_equal(following.parts, 2);
+    assert_int_equal(jobs_view(jobs).output_bytes, 200);
+    /* Nonsense: shorter, a part that was there, one that reaches past the end. */
+    assert_int_equal(grow(jobs, started.serial, NULL, 0, 0, 199), STATUS_INTERNAL);
+    assert_int_equal(grow(jobs, started.serial, "c", 190, 10, 300), STATUS_INTERNAL);
+    assert_int_equal(grow(jobs, started.serial, "c", 250, 51, 300), STATUS_INTERNAL);
+    assert_int_equal(grow(jobs, started.serial, "c", 250, SIZE_MAX, 300), STATUS_INTERNAL);
+    assert_int_equal(grow(jobs, started.serial, "c", 200, 10, KEEP_BYTES + 1), STATUS_TOO_COMPLEX);
+    assert_int_equal(following.woken, 1);
+    assert_int_equal(grow(jobs, started.serial, NULL, 0, 0, 205), STATUS_OK);
+    assert_int_equal(following.woken, 2);
+    jobs_follow(jobs, id, at(0), look_on, &following, &following.follower, NULL);
+    assert_true(jobs_done(jobs, started.serial, at(1)));
+    assert_int_equal(following.woken, 3);
+    following.wait = false;
+    jobs_follow(jobs, id, at(1), look_on, &following, &following.follower, NULL);
+    assert_int_equal(following.state, TASK_DONE);
+    assert_int_equal(following.bytes, 205);
+    assert_int_equal(grow(jobs, started.serial, NULL, 0, 0, 206), STATUS_CANCELLED);
+    jobs_unfollow(jobs, &following.follower);
+    jobs_unfollow(jobs, &following.follower);
+    task_input_finish(&started.input);
+}
+
+/* Deleted, failed or put back: whoever follows is told, and the bytes are given back. */
+static void a_growing_output_goes_with_its_task(void **state) {
+    struct jobs *jobs = *state;
+    int before = open_descriptors();
+    for (int how = 0; how < 3; how++) {
+        char id[JOBS_ID_BYTES];
+        struct started started;
+        struct following following = {.wait = true};
+        struct error why = {.status = STATUS_INTERNAL};
+        enum task_state was;
+        following.follower = (struct jobs_follower){.wake = count_wake, .user = &following};
+        submit(jobs, 0, id);
+        assert_true(start(jobs, 0, &started));
+        struct task_output output = {.name = "frames", .media_type = "x/y", .grows = true};
+        output.fd = memfd_open("test");
+        assert_int_equal(jobs_output(jobs, started.serial, &output, at(0), NULL), STATUS_OK);
+        assert_int_equal(grow(jobs, started.serial, "a", 0, 100, 100), STATUS_OK);
+        jobs_follow(jobs, id, at(0), look_on, &following, &following.follower, NULL);
+        if (how == 0)
+            assert_int_equal(jobs_delete(jobs, id, at(0), &was, NULL), STATUS_OK);
+        else if (how == 1)
+            assert_true(jobs_fail(jobs, started.serial, &why, at(0)));
+        else
+            assert_true(jobs_put_back(jobs, started.serial, &started.input));
+        assert_int_equal(following.woken, 1);
+        assert_int_equal(jobs_view(jobs).output_bytes, 0);
+        jobs_unfollow(jobs, &following.follower);
+        if (how == 2)
+            jobs_delete(jobs, id, at(0), &was, NULL);
+        task_input_finish(&started.input);
+        assert_int_equal(open_descriptors(), before);
+    }
+}
+
 int main(void) {
 #define STORE_TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(an_output_grows, setup, teardown),
+        cmocka_unit_test_setup_teardown(a_growing_output_goes_with_its_task, setup, teardown),
         STORE_TEST(test_a_whole_life),
         STORE_TEST(test_cancelling),
         STORE_TEST(test_failing_and_trying_again),

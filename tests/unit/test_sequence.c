@@ -86,7 +86,9 @@ static void smooth_stays_between_and_has_no_corners(void **state) {
 
 /* ---- frames ---- */
 
-#define SHAPE "\"objects\":[{\"shell\":{\"mesh\":{\"shape\":\"plane\"},\"material\":{\"builtin\":\"fur\"}}}]"
+#define SHAPE                                                                                      \
+    "\"objects\":[{\"shell\":{\"mesh\":{\"shape\":\"plane\"},\"material\":{\"builtin\":\"fur\"}}}" \
+    "]"
 
 struct held {
     struct arena arena;
@@ -116,22 +118,28 @@ static void finish(struct held *held) {
 static void frames_are_scenes(void **state) {
     (void)state;
     struct held held;
-    read_well(
-        &held,
-        "{\"frames\":9,\"fps\":4,\"scene\":{\"lights\":[{},{}],\"ambient\":[0,0,0]," SHAPE "},\"tracks\":["
-        "{\"pointer\":\"/camera/eye\",\"keys\":[{\"frame\":0,\"value\":[0,-3,1]},{\"time\":2,\"value\":"
-        "[4,-3,1]}]},"
-        "{\"pointer\":\"/objects/0/transform/rotate_deg\",\"keys\":[{\"frame\":0,\"value\":[0,0,0]},"
-        "{\"frame\":8,\"value\":[0,0,360]}]},"
-        "{\"pointer\":\"/objects/0/shell/thickness\",\"keys\":[{\"time\":0,\"value\":0.1},{\"time\":1,"
-        "\"value\":0.3}]},"
-        "{\"pointer\":\"/ambient/1\",\"keys\":[{\"frame\":3,\"value\":7}]},"
-        "{\"pointer\":\"/lights/1/color\",\"interpolation\":\"smooth\",\"keys\":[{\"frame\":0,\"value\":"
-        "[0,0,0]},{\"frame\":8,\"value\":[8,4,2]}]},"
-        "{\"pointer\":\"/objects/0/shell/material/seed\",\"keys\":[{\"frame\":0,\"value\":0},{\"frame\":"
-        "7,\"value\":3}]},"
-        "{\"pointer\":\"/objects/0/shell/mesh/shape\",\"interpolation\":\"step\",\"keys\":[{\"frame\":0,"
-        "\"value\":\"plane\"},{\"frame\":4.5,\"value\":\"teapot\"}]}]}");
+    read_well(&held,
+              "{\"frames\":9,\"fps\":4,\"scene\":{\"lights\":[{},{}],\"ambient\":[0,0,0]," SHAPE
+              "},\"tracks\":["
+              "{\"pointer\":\"/camera/"
+              "eye\",\"keys\":[{\"frame\":0,\"value\":[0,-3,1]},{\"time\":2,\"value\":"
+              "[4,-3,1]}]},"
+              "{\"pointer\":\"/objects/0/transform/"
+              "rotate_deg\",\"keys\":[{\"frame\":0,\"value\":[0,0,0]},"
+              "{\"frame\":8,\"value\":[0,0,360]}]},"
+              "{\"pointer\":\"/objects/0/shell/"
+              "thickness\",\"keys\":[{\"time\":0,\"value\":0.1},{\"time\":1,"
+              "\"value\":0.3}]},"
+              "{\"pointer\":\"/ambient/1\",\"keys\":[{\"frame\":3,\"value\":7}]},"
+              "{\"pointer\":\"/lights/1/"
+              "color\",\"interpolation\":\"smooth\",\"keys\":[{\"frame\":0,\"value\":"
+              "[0,0,0]},{\"frame\":8,\"value\":[8,4,2]}]},"
+              "{\"pointer\":\"/objects/0/shell/material/"
+              "seed\",\"keys\":[{\"frame\":0,\"value\":0},{\"frame\":"
+              "7,\"value\":3}]},"
+              "{\"pointer\":\"/objects/0/shell/mesh/"
+              "shape\",\"interpolation\":\"step\",\"keys\":[{\"frame\":0,"
+              "\"value\":\"plane\"},{\"frame\":4.5,\"value\":\"teapot\"}]}]}");
     /* Out of order and again: a frame depends on no other. */
     static const int order[] = {8, 0, 4, 2, 4, 7};
     for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
@@ -159,8 +167,9 @@ static void elements_must_be_there(void **state) {
     (void)state;
     struct held held;
     struct error err = {0};
-    read_well(&held, "{\"frames\":2,\"scene\":{" SHAPE "},\"tracks\":[{\"pointer\":\"/lights/0/color\","
-                     "\"keys\":[{\"frame\":0,\"value\":[1,1,1]}]}]}");
+    read_well(&held,
+              "{\"frames\":2,\"scene\":{" SHAPE "},\"tracks\":[{\"pointer\":\"/lights/0/color\","
+              "\"keys\":[{\"frame\":0,\"value\":[1,1,1]}]}]}");
     assert_int_equal(sequence_frame(&held.sequence, 0, &held.arena, &held.scene, &err),
                      STATUS_INVALID_SCENE);
     assert_string_equal(err.faults[0].pointer, "/tracks/0/pointer");
@@ -174,18 +183,17 @@ static void frames_tell_their_faults(void **state) {
         const char *text, *pointer, *message;
         int frame;
     } cases[] = {
-        {"{\"frames\":9,\"scene\":{" SHAPE "},\"tracks\":[{\"pointer\":\"/objects/0/shell/thickness\","
+        {"{\"frames\":9,\"scene\":{" SHAPE
+         "},\"tracks\":[{\"pointer\":\"/objects/0/shell/thickness\","
          "\"keys\":[{\"frame\":0,\"value\":0.4},{\"frame\":8,\"value\":-0.4}]}]}",
-         "/tracks/0",
-         "frame 4: must be at least 1e-09, is 0, in /objects/0/shell/thickness", 4},
+         "/tracks/0", "frame 4: must be at least 1e-09, is 0, in /objects/0/shell/thickness", 4},
         {"{\"frames\":9,\"scene\":{" SHAPE "},\"tracks\":[{\"pointer\":\"/camera/eye\","
          "\"keys\":[{\"frame\":0,\"value\":[0,0,-2]},{\"frame\":6,\"value\":[0,0,1]}]}]}",
          "/scene/camera", "frame 0: up must not be parallel to the view", 0},
         {"{\"frames\":9,\"scene\":{" SHAPE "},\"tracks\":[{\"pointer\":\"/camera/eye\","
          "\"keys\":[{\"frame\":0,\"value\":[0,-2,0]},{\"frame\":4,\"value\":[0,2,0]}]}]}",
          "/scene/camera", "frame 2: the eye and the target are the same point", 2},
-        {"{\"frames\":9,\"scene\":{" SHAPE
-         ",\"light\":1},\"tracks\":[{\"pointer\":\"/camera/eye\","
+        {"{\"frames\":9,\"scene\":{" SHAPE ",\"light\":1},\"tracks\":[{\"pointer\":\"/camera/eye\","
          "\"keys\":[{\"frame\":0,\"value\":[0,-2,0]}]}]}",
          "/scene/light", "frame 0: unknown member; is `lights` meant?", 0},
         {"{\"frames\":9,\"scene\":{" SHAPE
@@ -218,7 +226,7 @@ static void frames_tell_their_faults(void **state) {
 /* ---- reading ---- */
 
 #define ONE(track) "{\"frames\":2,\"scene\":{" SHAPE "},\"tracks\":[" track "]}"
-#define KEYS "\"keys\":[{\"frame\":0,\"value\":1}]"
+#define KEYS       "\"keys\":[{\"frame\":0,\"value\":1}]"
 
 static void faults_have_their_pointers(void **state) {
     static const struct {
@@ -240,11 +248,13 @@ static void faults_have_their_pointers(void **state) {
         {ONE("{\"pointer\":\"/camera/eyes\"," KEYS "}"), "/tracks/0/pointer", "is `eye` meant?"},
         {ONE("{\"pointer\":\"/nothing\"," KEYS "}"), "/tracks/0/pointer", "`nothing` in `scene`"},
         {ONE("{\"pointer\":\"/camera/eye/3\"," KEYS "}"), "/scene/camera/eye", NULL},
-        {ONE("{\"pointer\":\"/camera/eye/x\"," KEYS "}"), "/tracks/0/pointer", "nothing called `x`"},
+        {ONE("{\"pointer\":\"/camera/eye/x\"," KEYS "}"), "/tracks/0/pointer",
+         "nothing called `x`"},
         {ONE("{\"pointer\":\"/camera/eye/0/0\"," KEYS "}"), "/tracks/0/pointer", "leads nowhere"},
         {ONE("{\"pointer\":\"/objects/00/color\"," KEYS "}"), "/tracks/0/pointer", "leads nowhere"},
         {ONE("{\"pointer\":\"/objects/1/shell/thickness\"," KEYS "}"), "/tracks/0/pointer", NULL},
-        {ONE("{\"pointer\":\"/image/width\"," KEYS "}"), "/tracks/0/pointer", "size of the picture"},
+        {ONE("{\"pointer\":\"/image/width\"," KEYS "}"), "/tracks/0/pointer",
+         "size of the picture"},
         {ONE("{\"pointer\":\"/image\"," KEYS "}"), "/tracks/0/pointer", "size of the picture"},
         {ONE("{\"pointer\":\"/ambient\"," KEYS "},{\"pointer\":\"/ambient/0\"," KEYS "}"),
          "/tracks/1/pointer", "drives what track 0 drives: `/ambient`"},
@@ -255,7 +265,8 @@ static void faults_have_their_pointers(void **state) {
          "/tracks/0/keys/0/time", "excludes `frame`"},
         {ONE("{\"pointer\":\"/ambient\",\"keys\":[{\"frame\":0}]}"), "/tracks/0/keys/0",
          "`value` is required"},
-        {ONE("{\"pointer\":\"/ambient\",\"keys\":[{\"frame\":3,\"value\":1},{\"time\":0.12,\"value\":2}]}"),
+        {ONE("{\"pointer\":\"/"
+             "ambient\",\"keys\":[{\"frame\":3,\"value\":1},{\"time\":0.12,\"value\":2}]}"),
          "/tracks/0/keys/1/time", "later than the key before"},
         {ONE("{\"pointer\":\"/ambient\",\"keys\":[{\"frame\":NaN,\"value\":1}]}"),
          "/tracks/0/keys/0/frame", "NaN"},
@@ -274,15 +285,14 @@ static void faults_have_their_pointers(void **state) {
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct held held = {0};
         struct error err = {0};
-        enum status status = sequence_read(cases[i].text, strlen(cases[i].text), &held.arena,
-                                           &held.sequence, &err);
+        enum status status =
+            sequence_read(cases[i].text, strlen(cases[i].text), &held.arena, &held.sequence, &err);
         if (status == STATUS_OK) /* what frames tell */
             status = sequence_check(&held.sequence, 0, 1, NULL, NULL, &err);
         assert_int_not_equal(status, STATUS_OK);
         bool found = false;
         for (size_t k = 0; k < err.fault_count; k++)
-            found |= (strcmp(err.faults[k].pointer, cases[i].pointer) == 0 ||
-                      !cases[i].part) &&
+            found |= (strcmp(err.faults[k].pointer, cases[i].pointer) == 0 || !cases[i].part) &&
                      (!cases[i].part || strstr(err.faults[k].message, cases[i].part));
         if (!found)
             fail_msg("%s: %s: %s", cases[i].text, err.faults[0].pointer, err.faults[0].message);
@@ -301,9 +311,8 @@ static void many_frames_of_a_long_text_are_refused(void **state) {
     memset(text + n, ' ', BYTES);
     struct held held = {0};
     struct error err = {0};
-    assert_int_equal(
-        sequence_read(text, (size_t)n + BYTES, &held.arena, &held.sequence, &err),
-        STATUS_TOO_COMPLEX);
+    assert_int_equal(sequence_read(text, (size_t)n + BYTES, &held.arena, &held.sequence, &err),
+                     STATUS_TOO_COMPLEX);
     assert_string_equal(err.faults[0].pointer, "/frames");
     error_clear(&err);
     finish(&held);
