@@ -53,34 +53,6 @@ struct occasion { /* what comes with an event */
 
 typedef enum task_state action(struct jobs *jobs, struct task *task, struct occasion *occasion);
 
-const char *task_state_name(enum task_state state) {
-    static const char *const names[TASK_STATES] = {
-        [TASK_QUEUED] = "queued", [TASK_RUNNING] = "running",     [TASK_DONE] = "done",
-        [TASK_FAILED] = "failed", [TASK_CANCELLED] = "cancelled",
-    };
-    return names[state];
-}
-
-struct jobs_time jobs_time_now(void) {
-    struct timespec wall;
-    clock_gettime(CLOCK_REALTIME, &wall);
-    return (struct jobs_time){monotonic_ms(), (double)wall.tv_sec + (double)wall.tv_nsec * 1e-9};
-}
-
-void task_input_init(struct task_input *input) {
-    *input = (struct task_input){.scene_fd = -1};
-}
-
-void task_input_finish(struct task_input *input) {
-    for (size_t i = 0; i < input->asset_count; i++)
-        if (input->assets[i].fd >= 0)
-            close(input->assets[i].fd);
-    free(input->assets);
-    if (input->scene_fd >= 0)
-        close(input->scene_fd);
-    task_input_init(input);
-}
-
 static void input_move(struct task_input *to, struct task_input *from) {
     *to = *from;
     task_input_init(from);
@@ -445,19 +417,6 @@ enum status jobs_output(struct jobs *jobs, uint64_t serial, const struct task_ou
     return status;
 }
 
-static bool add_part(struct task_output *output, const struct task_part *part) {
-    if (output->part_count == output->part_room) {
-        size_t room = output->part_room ? 2 * output->part_room : 64;
-        struct task_part *grown = realloc(output->parts, room * sizeof *grown);
-        if (!grown)
-            return false;
-        output->parts = grown;
-        output->part_room = room;
-    }
-    output->parts[output->part_count++] = *part;
-    return true;
-}
-
 enum status jobs_grow(struct jobs *jobs, uint64_t serial, const struct task_part *part,
                       size_t total, struct jobs_time now, struct error *err) {
     enum status status = STATUS_OK;
@@ -478,7 +437,7 @@ enum status jobs_grow(struct jobs *jobs, uint64_t serial, const struct task_part
         status = error_fault(err, STATUS_TOO_COMPLEX, NULL,
                              "the results are larger than the %zu bytes that this server keeps",
                              jobs->limits.keep_bytes);
-    } else if (part && !add_part(output, part)) {
+    } else if (part && !task_output_add_part(output, part)) {
         status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a result");
     } else {
         make_room(jobs, now, more);

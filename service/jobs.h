@@ -74,6 +74,9 @@ struct task_output {
     struct task_part *parts; /* the store's */
 };
 
+/* Appends a part; false where memory ran out. */
+bool task_output_add_part(struct task_output *output, const struct task_part *part);
+
 struct jobs_time {
     double ms;     /* monotonic */
     double unix_s; /* of the calendar */
