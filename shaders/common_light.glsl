@@ -2,12 +2,33 @@
  * + specular x sum L max(0, n.h)^shininess, without 1/pi. Blinn 1977 for the half vector.
  * `weight` is 1 on surfaces; a medium weighs the directional terms by it, and what is left over comes
  * evenly from all around: sum L / 4, the mean of max(0, n.l) over the sphere. `material`: specular,
- * shininess. */
-vec3 lit(vec3 color, vec3 n, vec3 v, float weight, vec2 material) {
-    vec3 diffuse = vec3(0.0), gloss = vec3(0.0);
+ * shininess. `place` is the point, in the object's space: where nothing asks for it (place_at() below) it
+ * is 0. L is what arrives there: common_shadow.glsl. */
+#if (VARIANT & FLAGS_SHADOW) != 0
+#if (VARIANT & FLAG_SOLID) != 0 || defined(SURFACE)
+#define SHADOW_ON_SURFACE
+#endif
+#include "common_shadow.glsl"
+
+/* Along the segment that is being shaded: where it begins, and from there to its end; set by who knows. */
+vec3 place_in = vec3(0.0), place_on = vec3(0.0);
+vec3 place_at(float f) {
+    return place_in + f * place_on;
+}
+#else
+#define place_at(f) vec3(0.0)
+#endif
+
+/* `flat_n`: the normal of the surface itself, where n is interpolated. */
+vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material, vec3 place) {
+    vec3 diffuse = vec3(0.0), gloss = vec3(0.0), even = vec3(0.0);
     int count = int(frame[FRAME_AMBIENT].w), i = 0;
     do {
         vec3 l = frame[FRAME_LIGHT_DIR + i].xyz, radiance = frame[FRAME_LIGHT_COLOR + i].rgb;
+#if (VARIANT & FLAGS_SHADOW) != 0
+        radiance *= shadow_arrives(i, place, flat_n);
+        even += 0.25 * radiance;
+#endif
         diffuse += radiance * max(0.0, dot(n, l));
 #if (VARIANT & FLAG_SPECULAR) != 0
         /* pow(0, 0) is undefined, and the half vector of opposite directions has no length. */
@@ -16,11 +37,13 @@ vec3 lit(vec3 color, vec3 n, vec3 v, float weight, vec2 material) {
         gloss += c > 0.0 ? radiance * pow(max(c, 1.0e-20), material.y) : vec3(0.0);
 #endif
     } while (++i < min(count, LIGHTS_MAX));
-    return color * (frame[FRAME_AMBIENT].rgb + weight * diffuse +
-                    (1.0 - weight) * frame[FRAME_LIGHT_SUM].rgb) +
+#if (VARIANT & FLAGS_SHADOW) == 0
+    even = frame[FRAME_LIGHT_SUM].rgb;
+#endif
+    return color * (frame[FRAME_AMBIENT].rgb + weight * diffuse + (1.0 - weight) * even) +
            weight * material.x * gloss;
 }
 
-vec3 lit(vec3 color, vec3 n, vec3 v, float weight) {
-    return lit(color, n, v, weight, frame[FRAME_MATERIAL].xy);
+vec3 lit(vec3 color, vec3 n, vec3 v, float weight, vec3 place) {
+    return lit_by(color, n, n, v, weight, frame[FRAME_MATERIAL].xy, place);
 }

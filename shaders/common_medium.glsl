@@ -35,7 +35,7 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         float g = length(gradient);
         vec3 n = way_normal(way, gradient);
         n *= inversesqrt(max(dot(n, n), 1.0e-37));
-        source = lit(source, n, v, g / (g + 0.01));
+        source = lit(source, n, v, g / (g + 0.01), place_at(i / steps));
 #elif (VARIANT & FLAG_AMBIENT) != 0
         source *= frame[FRAME_AMBIENT].rgb;
 #endif

@@ -1,0 +1,524 @@
+/* See shadow.h; shaders/common_shadow.glsl says what the maps hold and how they are asked. */
+#include "renderer/path/shadow.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "renderer/gl/context.h"
+#include "renderer/path/cells.h"
+#include "renderer/path/frame.h"
+#include "renderer/path/variant.h"
+#include "renderer/shell/precision.h"
+
+/* A map's size where the scene leaves it open; its slices. */
+enum { SIDE_MIN = 256, SIDE_MAX = 1024, SLICES = 12 };
+
+/* Around the objects, in texels: the four around any point exist. */
+enum { MARGIN = 2 };
+
+/* Stands for "nothing there": farther than any depth, and finite. */
+static const float FAR_AWAY = 1e30f;
+
+struct shadow_maps {
+    struct shadow_need need;
+    struct view view[LIGHTS_MAX];  /* the world's, by layer */
+    GLuint planes, ranges, depths; /* for those who ask */
+    GLuint raw;                    /* ranges as drawn */
+    GLuint depth, framebuffer;
+    GLuint block; /* uniform buffer */
+    float grid;   /* of the rasteriser, in texels */
+};
+
+struct shadow_pass {
+    struct shadow_maps maps;
+    struct cell_pass *cells;
+    struct prism_maps prisms;
+    struct outlines outlines;
+    GLuint array;
+};
+
+/* ---- what is needed ---- */
+
+static bool throws(const struct scene_light *light) {
+    return light->shadow && (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
+}
+
+static uint64_t bytes_of(const struct shadow_need *need, int size) {
+    uint64_t layers = (need->opaque ? 1 : 0) + (need->media ? 1 + (uint64_t)need->layers : 0);
+    return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->count + 2);
+}
+
+enum status shadow_choose(struct scene *scene, struct path_object *objects, size_t count,
+                          bool forced, struct shadow_need *need, struct error *err) {
+    memset(need, 0, sizeof *need);
+    bool lit = false;
+    for (size_t i = 0; i < count; i++) {
+        const struct path_object *object = &objects[i];
+        bool wanted = surface_wanted(object->object);
+        need->opaque |= wanted || (object->shell && volume_has_solid(object->volume));
+        need->media |= object->shell && volume_has_medium(object->volume);
+        lit |= wanted || (object->shell && path_object_drawn(object) &&
+                          variant_needs_normals(object, (int)scene->light_count));
+    }
+    for (size_t k = 0; k < scene->light_count; k++)
+        need->layer[k] = lit && throws(&scene->lights[k]) ? need->count++ : -1;
+    if (need->count == 0 && forced && scene->light_count > 0)
+        need->count = 1;
+    if (need->count == 0)
+        return STATUS_OK;
+    need->layers =
+        SHADOW_LAYERS * (int)ceil((scene->shadow.slices ? scene->shadow.slices : SLICES) / 12.0);
+    need->size = scene->shadow.size;
+    if (!need->size) {
+        int longer =
+            scene->image.width > scene->image.height ? scene->image.width : scene->image.height;
+        need->size = longer < SIDE_MIN ? SIDE_MIN : longer > SIDE_MAX ? SIDE_MAX : longer;
+        while (bytes_of(need, need->size) > SHADOW_BYTES_MAX)
+            need->size = need->size * 7 / 8;
+    }
+    if (bytes_of(need, need->size) > SHADOW_BYTES_MAX)
+        return error_fault(err, STATUS_TOO_COMPLEX, "/shadow/size",
+                           "maps of %d x %d with %d slices for %d lights: %llu MiB, at most %d",
+                           need->size, need->size, 3 * need->layers, need->count,
+                           (unsigned long long)(bytes_of(need, need->size) >> 20),
+                           SHADOW_BYTES_MAX >> 20);
+    scene->shadow.size = need->size;
+    scene->shadow.slices = need->media ? 3 * need->layers : 0;
+    for (size_t i = 0; i < count; i++)
+        objects[i].shadow = (need->opaque ? (uint32_t)FLAG_SHADOW_OPAQUE : 0) |
+                            (need->media ? (uint32_t)FLAG_SHADOW_MEDIA : 0);
+    return STATUS_OK;
+}
+
+/* ---- a light's view ---- */
+
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static void unit(double v[3]) {
+    double length = sqrt(dot(v, v));
+    for (int i = 0; i < 3; i++)
+        v[i] /= length;
+}
+
+/* How far every point of the objects goes along three axes, from `center`. */
+static void extents(const struct picture *picture, const double axis[3][3], double low[3],
+                    double high[3]) {
+    for (int i = 0; i < 3; i++) {
+        low[i] = INFINITY;
+        high[i] = -INFINITY;
+    }
+    for (size_t n = 0; n < picture->object_count; n++) {
+        const struct path_object *object = &picture->objects[n];
+        const double *m = object->object->transform;
+        uint32_t count = object->shell ? object->shell->vertex_count : object->mesh->vertex_count;
+        for (uint32_t v = 0; v < count; v++) {
+            double p[3];
+            for (int r = 0; r < 3; r++) {
+                p[r] = m[12 + r] - picture->world.center[r];
+                for (int c = 0; c < 3; c++)
+                    p[r] += m[4 * c + r] * (object->shell ? object->shell->position[v][c] +
+                                                                object->shell->center[c]
+                                                          : object->mesh->position[v][c]);
+            }
+            for (int i = 0; i < 3; i++) {
+                low[i] = fmin(low[i], dot(p, axis[i]));
+                high[i] = fmax(high[i], dot(p, axis[i]));
+            }
+        }
+    }
+}
+
+/* Orthographic, square, with everything between the depths -0.25 and 0.25. */
+static void fit_view(const struct picture *picture, const double direction[3], int size,
+                     struct view *view) {
+    double axis[3][3], low[3], high[3], largest = 0, middle[3] = {0, 0, 0}, half[3];
+    int least = 0;
+    for (int i = 0; i < 3; i++)
+        largest = fmax(largest, fabs(direction[i]));
+    for (int i = 0; i < 3; i++) {
+        axis[2][i] = direction[i] / largest;
+        if (fabs(axis[2][i]) < fabs(axis[2][least]))
+            least = i;
+    }
+    unit(axis[2]);
+    double up[3] = {least == 0, least == 1, least == 2};
+    cross(axis[2], up, axis[0]);
+    unit(axis[0]);
+    cross(axis[0], axis[2], axis[1]);
+    extents(picture, (const double(*)[3])axis, low, high);
+    for (int i = 0; i < 3; i++) {
+        half[i] = (high[i] - low[i]) / 2;
+        for (int c = 0; c < 3; c++)
+            middle[c] += axis[i][c] * (low[i] + half[i]);
+    }
+    double side = fmax(half[0], half[1]), radius = sqrt(dot(half, half));
+    side = (side > 0 ? side : 1) * size / (size - 2.0 * MARGIN);
+    double depth = 4 * (radius > 0 ? radius : 1);
+    *view = (struct view){.width = size, .height = size, .orthographic = true, .depth_scale = 1};
+    memcpy(view->center, picture->world.center, sizeof view->center);
+    for (int i = 0; i < 3; i++) {
+        view->o0[i] = middle[i];
+        view->ou[i] = side * axis[0][i];
+        view->ov[i] = side * axis[1][i];
+        view->d0[i] = depth * axis[2][i];
+        view->x_row[i] = axis[0][i] / side;
+        view->y_row[i] = axis[1][i] / side;
+        view->h_row[i] = axis[2][i] / depth;
+    }
+    view->x_row[3] = -dot(view->x_row, middle);
+    view->y_row[3] = -dot(view->y_row, middle);
+    view->h_row[3] = 1 - dot(view->h_row, middle);
+}
+
+/* ---- maps ---- */
+
+static void drop_maps(struct shadow_maps *maps) {
+    glDeleteTextures(1, &maps->planes);
+    glDeleteTextures(1, &maps->ranges);
+    glDeleteTextures(1, &maps->depths);
+    glDeleteTextures(1, &maps->raw);
+    glDeleteTextures(1, &maps->depth);
+    glDeleteFramebuffers(1, &maps->framebuffer);
+    maps->planes = maps->ranges = maps->depths = maps->raw = maps->depth = maps->framebuffer = 0;
+}
+
+static GLuint make_map(GLenum target, GLenum format, int size, int layers) {
+    GLuint texture;
+    glCreateTextures(target, 1, &texture);
+    if (target == GL_TEXTURE_2D)
+        glTextureStorage2D(texture, 1, format, size, size);
+    else
+        glTextureStorage3D(texture, 1, format, size, size, layers);
+    GLint filter = target == GL_TEXTURE_2D ? GL_NEAREST : GL_LINEAR;
+    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, filter);
+    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, filter);
+    glTextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    return texture;
+}
+
+static enum status size_maps(struct shadow_maps *maps, const struct shadow_need *need,
+                             struct error *err) {
+    bool same = maps->framebuffer && maps->need.size == need->size &&
+                maps->need.count == need->count && maps->need.layers == need->layers &&
+                maps->need.opaque == need->opaque && maps->need.media == need->media;
+    maps->need = *need;
+    if (same)
+        return STATUS_OK;
+    drop_maps(maps);
+    glCreateFramebuffers(1, &maps->framebuffer);
+    if (need->opaque) {
+        maps->planes = make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->count);
+        maps->depth = make_map(GL_TEXTURE_2D, GL_DEPTH_COMPONENT32F, need->size, 1);
+        glNamedFramebufferTexture(maps->framebuffer, GL_DEPTH_ATTACHMENT, maps->depth, 0);
+    }
+    if (need->media) {
+        maps->ranges = make_map(GL_TEXTURE_2D_ARRAY, GL_RG32F, need->size, need->count);
+        maps->depths =
+            make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->count * need->layers);
+        maps->raw = make_map(GL_TEXTURE_2D, GL_RGBA32F, need->size, 1);
+    }
+    GLint bits = 4; /* what GL guarantees */
+    glGetIntegerv(GL_SUBPIXEL_BITS, &bits);
+    if (!maps->block)
+        glCreateBuffers(1, &maps->block);
+    maps->grid = ldexpf(1, -bits);
+    return gl_check("maps for shadows", err);
+}
+
+/* From now on into one texture, or into `count` layers of one. */
+static void aim(const struct shadow_maps *maps, GLuint texture, int layer, int count) {
+    static const GLenum buffers[SHADOW_LAYERS] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
+                                                  GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3};
+    for (int i = 0; i < SHADOW_LAYERS; i++)
+        if (i >= count)
+            glNamedFramebufferTexture(maps->framebuffer, buffers[i], 0, 0);
+        else if (layer < 0)
+            glNamedFramebufferTexture(maps->framebuffer, buffers[i], texture, 0);
+        else
+            glNamedFramebufferTextureLayer(maps->framebuffer, buffers[i], texture, 0, layer + i);
+    glNamedFramebufferDrawBuffers(maps->framebuffer, count, buffers);
+    glBindFramebuffer(GL_FRAMEBUFFER, maps->framebuffer);
+    glViewport(0, 0, maps->need.size, maps->need.size);
+}
+
+static void clear(const struct shadow_maps *maps, int count, float r, float g) {
+    const float value[4] = {r, g, 0, 0};
+    for (int i = 0; i < count; i++)
+        glClearNamedFramebufferfv(maps->framebuffer, GL_COLOR, i, value);
+}
+
+/* ---- drawing ---- */
+
+struct shadow_pass *shadow_pass_create(void) {
+    struct shadow_pass *pass = calloc(1, sizeof *pass);
+    if (!pass)
+        return NULL;
+    prism_maps_init(&pass->prisms);
+    pass->cells = cell_pass_create(GL_PROGRAM_CASTER, &pass->prisms);
+    glCreateVertexArrays(1, &pass->array);
+    if (!pass->cells) {
+        shadow_pass_destroy(pass);
+        return NULL;
+    }
+    return pass;
+}
+
+void shadow_pass_destroy(struct shadow_pass *pass) {
+    if (!pass)
+        return;
+    drop_maps(&pass->maps);
+    glDeleteBuffers(1, &pass->maps.block);
+    glDeleteVertexArrays(1, &pass->array);
+    cell_pass_destroy(pass->cells);
+    prism_maps_finish(&pass->prisms);
+    outlines_finish(&pass->outlines);
+    free(pass);
+}
+
+/* All cells of the shells that hold something of the kind. */
+static enum status outline(struct shadow_pass *pass, const struct picture *picture, bool solid,
+                           struct error *err) {
+    outlines_clear(&pass->outlines);
+    for (size_t i = 0; i < picture->object_count; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!object->shell ||
+            !(solid ? volume_has_solid(object->volume) : volume_has_medium(object->volume)))
+            continue;
+        for (uint32_t t = 0; t < object->shell->tetra_count; t++)
+            if (!outlines_append(&pass->outlines, object, (uint32_t)i, t))
+                return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for outlines");
+    }
+    picture->report->work.segments += pass->outlines.outline_count;
+    if (pass->outlines.corner_count > UINT32_MAX / 2)
+        return error_fault(err, STATUS_TOO_COMPLEX, "/objects", "too many outlines for one draw");
+    return STATUS_OK;
+}
+
+static enum status draw_opaque(struct shadow_pass *pass, struct surface_pass *surface,
+                               struct picture *picture, int layer, struct error *err) {
+    static const float nothing = 0;
+    aim(&pass->maps, pass->maps.planes, layer, 1);
+    clear(&pass->maps, 1, FAR_AWAY, 0);
+    cell_pass_begin_solid();
+    glClearNamedFramebufferfv(pass->maps.framebuffer, GL_DEPTH, 0, &nothing);
+    glDisable(GL_CULL_FACE);
+    enum status status = surface_pass_cast(surface, picture, err);
+    cell_pass_cast(pass->cells, GL_PROGRAM_CASTER, (const int[3]){0, 0, 0});
+    if (status == STATUS_OK)
+        status = outline(pass, picture, true, err);
+    return status == STATUS_OK ? cell_pass_draw(pass->cells, picture, &pass->outlines, true, err)
+                               : status;
+}
+
+static enum status fill_range(struct shadow_pass *pass, struct picture *picture, int layer,
+                              struct error *err) {
+    GLuint program;
+    enum status status =
+        gl_programs_get(picture->programs, GL_PROGRAM_RANGE_FILL, 0, &program, &picture->cold, err);
+    if (status != STATUS_OK)
+        return status;
+    aim(&pass->maps, pass->maps.ranges, layer, 1);
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    glUseProgram(program);
+    glBindTextureUnit(BINDING_SAMPLES, pass->maps.raw);
+    gl_blocks_draw(NULL, program, pass->array);
+    glBindTextureUnit(BINDING_SAMPLES, 0);
+    picture->report->work.draws++;
+    return gl_check("filling the ranges of media", err);
+}
+
+static void begin_media(const struct picture *picture, GLuint depth, GLenum equation) {
+    cell_pass_begin_media(picture);
+    if (depth) {
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_GREATER);
+        glBindTextureUnit(BINDING_OCCLUDER, depth);
+    }
+    glEnable(GL_BLEND);
+    glBlendEquation(equation);
+    glBlendFunc(GL_ONE, GL_ONE);
+}
+
+static enum status draw_media(struct shadow_pass *pass, struct picture *picture, int light,
+                              struct error *err) {
+    struct shadow_maps *maps = &pass->maps;
+    int layers = maps->need.layers;
+    int slices[3] = {3 * layers, 0, light};
+    enum status status = outline(pass, picture, false, err);
+    aim(maps, maps->raw, -1, 1);
+    clear(maps, 1, FAR_AWAY, FAR_AWAY);
+    begin_media(picture, maps->depth, GL_MIN);
+    cell_pass_cast(pass->cells, GL_PROGRAM_CASTER_RANGE, slices);
+    if (status == STATUS_OK)
+        status = cell_pass_draw(pass->cells, picture, &pass->outlines, false, err);
+    if (status == STATUS_OK)
+        status = fill_range(pass, picture, light, err);
+    for (int done = 0; done < layers && status == STATUS_OK; done += SHADOW_LAYERS) {
+        aim(maps, maps->depths, light * layers + done, SHADOW_LAYERS);
+        clear(maps, SHADOW_LAYERS, 0, 0);
+        begin_media(picture, maps->depth, GL_FUNC_ADD);
+        slices[1] = 3 * done;
+        cell_pass_cast(pass->cells, GL_PROGRAM_CASTER, slices);
+        glBindTextureUnit(BINDING_SHADOW_RANGES, maps->ranges);
+        status = cell_pass_draw(pass->cells, picture, &pass->outlines, false, err);
+    }
+    glBlendEquation(GL_FUNC_ADD);
+    glBindTextureUnit(BINDING_SHADOW_RANGES, 0);
+    cell_pass_end_media();
+    return status;
+}
+
+/* The picture's objects as a light sees them. */
+static enum status see(struct picture *picture, struct error *err) {
+    for (size_t i = 0; i < picture->object_count; i++) {
+        struct path_object *object = &picture->objects[i];
+        const double *transform = object->object->transform;
+        view_in_object(&picture->world, transform, object->mesh_view.center, &object->mesh_view);
+        object->projection = (struct projection){0};
+        if (!object->shell)
+            continue;
+        struct view view;
+        view_in_object(&picture->world, transform, object->shell->center, &view);
+        enum status status = project_shell(object->shell, &view, &object->projection, err);
+        if (status != STATUS_OK)
+            return status;
+        object->fp64 = precision_needs_fp64(object->shell, &object->projection, &picture->world);
+        object->walk = false;
+        object->method = SCENE_SLICING_SLABS;
+        object->quality = object->layers;
+        object->exact = object->object->quality.map != SCENE_MAP_AFFINE &&
+                        path_object_drawn(object) && !object->volume->homogeneous &&
+                        !object->shell->affine;
+    }
+    return STATUS_OK;
+}
+
+static enum status draw_light(struct shadow_pass *pass, struct surface_pass *surface,
+                              struct picture *picture, int layer, struct error *err) {
+    enum status status = see(picture, err);
+    if (status == STATUS_OK)
+        status = prism_maps_prepare(&pass->prisms, picture, err);
+    cell_pass_cast(pass->cells, GL_PROGRAM_CASTER, (const int[3]){0, 0, 0});
+    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++)
+        if (picture->objects[i].shell && path_object_drawn(&picture->objects[i]))
+            status = cell_pass_prepare(pass->cells, &picture->objects[i], picture, err);
+    if (status == STATUS_OK && pass->maps.need.opaque)
+        status = draw_opaque(pass, surface, picture, layer, err);
+    if (status == STATUS_OK && pass->maps.need.media)
+        status = draw_media(pass, picture, layer, err);
+    return status;
+}
+
+/* `own`: the maps as a caster's shaders know them, their light being the first. */
+static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *surface,
+                               struct picture *view, struct shadow_maps *own, struct error *err) {
+    struct shadow_maps *maps = &pass->maps;
+    const struct scene *scene = &view->report->resolved;
+    const struct path_object *seen = view->objects;
+    struct path_object *objects = calloc(view->object_count + 1, sizeof *objects);
+    enum status status =
+        objects ? STATUS_OK
+                : error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a light's view");
+    for (int layer = 0; layer < maps->need.count && status == STATUS_OK; layer++) {
+        size_t k = 0; /* where nothing throws a shadow: forced, by the first light */
+        while (k < scene->light_count && maps->need.layer[k] != layer)
+            k++;
+        fit_view(view, scene->lights[k < scene->light_count ? k : 0].direction, maps->need.size,
+                 &maps->view[layer]);
+        own->view[0] = maps->view[layer];
+        for (size_t i = 0; i < view->object_count; i++) {
+            objects[i] = seen[i];
+            objects[i].projection = (struct projection){0};
+        }
+        struct picture one = *view;
+        one.world = maps->view[layer];
+        one.objects = objects;
+        status = draw_light(pass, surface, &one, layer, err);
+        view->cold |= one.cold;
+        for (size_t i = 0; i < view->object_count; i++)
+            projection_finish(&objects[i].projection);
+    }
+    free(objects);
+    return status;
+}
+
+enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need *need,
+                             struct surface_pass *surface, struct picture *picture,
+                             struct error *err) {
+    stage_clock_next(picture->clock, REPORT_STAGE_shadow, true);
+    enum status status = size_maps(&pass->maps, need, err);
+    if (status != STATUS_OK)
+        return status;
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    cell_pass_begin_picture(pass->cells);
+    struct shadow_maps own = pass->maps;
+    own.planes = own.ranges = own.depths = 0;
+    for (int k = 0; k < LIGHTS_MAX; k++)
+        own.need.layer[k] = k == 0 ? 0 : -1;
+    struct gl_target target = {.depth = 0};
+    struct picture view = *picture;
+    view.shadows = &own;
+    view.occluded = need->opaque && need->media;
+    view.blocks = NULL;
+    view.met = NULL;
+    view.target = &target;
+    status = draw_lights(pass, surface, &view, &own, err);
+    picture->cold |= view.cold;
+    picture->shadows = &pass->maps;
+    return status;
+}
+
+/* ---- for those who ask ---- */
+
+static void set_row(float row[4], const double v[3], double scale, double last) {
+    for (int i = 0; i < 3; i++)
+        row[i] = (float)(v[i] * scale);
+    row[3] = (float)last;
+}
+
+void shadow_bind(const struct picture *picture, const struct view *view,
+                 const struct path_object *object) {
+    const struct shadow_maps *maps = picture->shadows;
+    if (!maps)
+        return;
+    float rows[SHADOW_VEC4S][4];
+    memset(rows, 0, sizeof rows);
+    double size = maps->need.size;
+    rows[0][0] = (float)size;
+    rows[0][1] = (float)(1 / size);
+    rows[0][2] = (float)maps->need.layers;
+    rows[0][3] = maps->grid;
+    for (int k = 0; k < LIGHTS_MAX; k++) {
+        float(*row)[4] = rows + 1 + k * SHADOW_ROWS;
+        int layer = maps->need.layer[k];
+        row[SHADOW_U][3] = (float)layer;
+        if (layer < 0)
+            continue;
+        const struct view *world = &maps->view[layer];
+        struct view light;
+        view_in_object(world, object->object->transform, view->center, &light);
+        set_row(row[SHADOW_X], light.x_row, size / 2, (light.x_row[3] + 1) * size / 2);
+        set_row(row[SHADOW_Y], light.y_row, size / 2, (light.y_row[3] + 1) * size / 2);
+        set_row(row[SHADOW_T], light.h_row, 1, light.h_row[3] - 1);
+        set_row(row[SHADOW_U], world->ou, 2 / size, layer);
+        set_row(row[SHADOW_V], world->ov, 2 / size, 0);
+        set_row(row[SHADOW_D], world->d0, 1, 0);
+    }
+    glNamedBufferData(maps->block, (GLsizeiptr)sizeof rows, rows, GL_STREAM_DRAW);
+    glBindBufferBase(GL_UNIFORM_BUFFER, BINDING_SHADOW, maps->block);
+    glBindTextureUnit(BINDING_SHADOW_PLANES, maps->planes);
+    glBindTextureUnit(BINDING_SHADOW_DEPTHS, maps->depths);
+    if (maps->ranges)
+        glBindTextureUnit(BINDING_SHADOW_RANGES, maps->ranges);
+}
