@@ -15,8 +15,18 @@ vec3 place_in = vec3(0.0), place_on = vec3(0.0);
 vec3 place_at(float f) {
     return place_in + f * place_on;
 }
+
+/* The same in step i + 1/2 of a medium, which has the optical depth tau: where light that comes by as
+ * much of the medium as the eye sees through is what all of the step gives, by its emission's weights:
+ * int exp(-2 s) ds / int exp(-s) ds over [0, tau] = (1 + exp(-tau)) / 2 = exp(-f tau). Half way in thin
+ * steps (f = 1/2 - tau / 8 + ...); in one that lets nothing through, half way would be in the dark. */
+vec3 place_in_step(float i, float steps, float tau) {
+    float f = tau > 1.0e-2 ? log(2.0 / (1.0 + exp(-tau))) / tau : 0.5 - tau / 8.0;
+    return place_at((i - 0.5 + f) / steps);
+}
 #else
 #define place_at(f) vec3(0.0)
+#define place_in_step(i, steps, tau) vec3(0.0)
 #endif
 
 /* `flat_n`: the normal of the surface itself, where n is interpolated. */

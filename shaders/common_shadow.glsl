@@ -7,7 +7,8 @@
  * by a texel's surface where that lies nearer to the light twice: carried along its own plane to the
  * point, and at the texel's centre compared with the plane of the surface that the point lies on. On
  * flat ground both say "equal"; over a convex edge the second, in a concave one the first says that
- * nothing is hidden. What is left is rounding, SHADOW_ROUNDING and the raster's grid, and no bias.
+ * nothing is hidden. What is left is rounding, SHADOW_ROUNDING and the raster's grid, and no bias; but
+ * normals of solids are not those of their surfaces, to SHADOW_NORMALS, which a texel away is a depth.
  * A medium has no surface, and asks the first alone. The four texels around the point are mixed.
  *
  * Media: deep opacity maps (Yuksel & Keyser 2008), optical depth from the light to a number of depths
@@ -37,11 +38,14 @@ vec2 shadow_slopes(int at, vec3 n) {
 
 #if (VARIANT & FLAG_SHADOW_OPAQUE) != 0
 /* The share of the texels around (x, y) that hide a point of depth t. `slopes`: of the surface that it
- * lies on, where there is one. */
-float shadow_hidden(int layer, vec2 p, float t, vec2 slopes) {
+ * lies on, where there is one; `texel_depth`: a texel's width in units of depth. */
+float shadow_hidden(int layer, vec2 p, float t, vec2 slopes, float texel_depth) {
     vec2 corner = floor(p - 0.5), f = p - 0.5 - corner;
     float last = shadow[0].x - 1.0, hidden = 0.0;
     float rounding = SHADOW_ROUNDING + dot(abs(slopes), vec2(shadow[0].w));
+#if (VARIANT & FLAG_SOLID) != 0
+    rounding += SHADOW_NORMALS * (texel_depth + dot(slopes, slopes) / texel_depth);
+#endif
     int i = 0;
     do {
         vec2 step_to = vec2(float(i & 1), float(i >> 1));
@@ -82,7 +86,7 @@ float shadow_arrives(int k, vec3 place, vec3 n) {
     float t = dot(shadow[at + SHADOW_T].xyz, place) + shadow[at + SHADOW_T].w;
     float arrives = 1.0;
 #if (VARIANT & FLAG_SHADOW_OPAQUE) != 0
-    arrives -= shadow_hidden(max(layer, 0), p, t, shadow_slopes(at, n));
+    arrives -= shadow_hidden(max(layer, 0), p, t, shadow_slopes(at, n), shadow[at + SHADOW_V].w);
 #endif
 #if (VARIANT & FLAG_SHADOW_MEDIA) != 0
     arrives *= exp(-shadow_depth(max(layer, 0), p, t));

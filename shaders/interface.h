@@ -111,6 +111,9 @@
  * two sums of four products. */
 #define SHADOW_ROUNDING 1.0e-6
 
+/* By what angle a solid's normal, interpolated between voxels, may be off that of its surface. */
+#define SHADOW_NORMALS 0.25
+
 #define BINDING_SHADOW_PLANES 22 /* sampler2DArray: a layer a light */
 #define BINDING_SHADOW_DEPTHS                                                                      \
     23 /* sampler2DArray: the layers of one light after those of another */

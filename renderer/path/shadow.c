@@ -396,7 +396,10 @@ static enum status see(struct picture *picture, struct error *err) {
         object->fp64 = precision_needs_fp64(object->shell, &object->projection, &picture->world);
         object->walk = false;
         object->method = SCENE_SLICING_SLABS;
-        object->quality = object->layers;
+        /* As finely as the eye sees it, where it counts in the same steps. */
+        bool steps = object->object->path != SCENE_PATH_SLICING;
+        if (!steps || object->quality < object->layers)
+            object->quality = object->layers;
         object->exact = object->object->quality.map != SCENE_MAP_AFFINE &&
                         path_object_drawn(object) && !object->volume->homogeneous &&
                         !object->shell->affine;
@@ -512,7 +515,8 @@ void shadow_bind(const struct picture *picture, const struct view *view,
         set_row(row[SHADOW_Y], light.y_row, size / 2, (light.y_row[3] + 1) * size / 2);
         set_row(row[SHADOW_T], light.h_row, 1, light.h_row[3] - 1);
         set_row(row[SHADOW_U], world->ou, 2 / size, layer);
-        set_row(row[SHADOW_V], world->ov, 2 / size, 0);
+        set_row(row[SHADOW_V], world->ov, 2 / size,
+                2 / size * sqrt(dot(world->ov, world->ov) / dot(world->d0, world->d0)));
         set_row(row[SHADOW_D], world->d0, 1, 0);
     }
     glNamedBufferData(maps->block, (GLsizeiptr)sizeof rows, rows, GL_STREAM_DRAW);

@@ -242,13 +242,16 @@ enum status surface_pass_upload(struct surface_pass *pass, struct picture *pictu
 
 enum status surface_pass_cast(struct surface_pass *pass, struct picture *picture,
                               struct error *err) {
-    GLuint program;
-    enum status status = gl_programs_get(picture->programs, GL_PROGRAM_CASTER_SURFACE, 0, &program,
-                                         &picture->cold, err);
+    enum status status = STATUS_OK;
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
         if (!surface_wanted(object->object))
             continue;
+        GLuint program;
+        status = gl_programs_get(picture->programs, GL_PROGRAM_CASTER_SURFACE, 0, &program,
+                                 &picture->cold, err);
+        if (status != STATUS_OK)
+            break;
         const struct device_mesh *device = resident_find(&pass->meshes, object->mesh->serial);
         struct frame frame;
         frame_clear(&frame);
