@@ -85,13 +85,14 @@ void matrix_light(struct matrix *matrix) {
             0.5 * s, -4 * s, 3 * s, s, s, -1.5 * s);
     }
     snprintf(made.name, sizeof made.name, "three million units away");
-    matrix_add(matrix, made,
-               "{" IMAGE(24) "'camera': {'eye': [3000000.5, -2000004, 1000003], 'target': "
-                             "[3000000, -2000000, 1000000], 'fov_y_deg': 50}, " SUN FINE
-                             "'objects': [" MIST(", 'transform': {'translate': [3000000, -2000000, "
-                                                 "1000000]}" STEPS) ", " GROUND(
-                                 ", 'transform': {'translate': [3000000, "
-                                 "-2000000, 999998.5]}") "]}");
+    matrix_add(
+        matrix, made,
+        "{" IMAGE(24) "'camera': {'eye': [3000000.5, -2000004, 1000003], 'target': "
+                      "[3000000, -2000000, 1000000], 'fov_y_deg': 50}, " SUN FINE
+                      "'objects': [" MIST(
+                          ", 'transform': {'translate': [3000000, -2000000, "
+                          "1000000]}" STEPS) ", " GROUND(", 'transform': {'translate': [3000000, "
+                                                         "-2000000, 999998.5]}") "]}");
     made.quick = false;
     snprintf(made.name, sizeof made.name, "the eye in the shell");
     matrix_add(matrix, made,
