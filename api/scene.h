@@ -50,7 +50,10 @@ struct scene_camera {
 };
 
 struct scene_light {
-    double direction[3]; /* where the light travels; of any length > 0 */
+    bool point;
+    double direction[3]; /* where the light travels; of any length > 0; unless `point` */
+    double position[3];  /* `point`: world units */
+    double radius;       /* `point`: nearer than this it grows no stronger */
     double color[3];
     bool shadow;
 };

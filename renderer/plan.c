@@ -258,6 +258,9 @@ static void tell_light(const struct plan *plan, const struct needs *needs, bool 
          "ambient light alone: colours are multiplied by it, without normals",
          lit ? "it is a term of the lights with a direction" : unlit);
     tell_shadow(plan, lit, lights ? "no light casts a shadow" : no_light, report);
+    tell(report, "point-lights", plan->flags & FLAG_POINT,
+         "lights stand at points: direction and distance are found at every sample",
+         lights ? "no light stands at a point, or nothing is lit" : no_light);
     tell(report, "specular", plan->flags & FLAG_SPECULAR, "a material is glossy",
          !lights ? no_light
          : lit   ? "no lit material is glossy"

@@ -4,7 +4,7 @@
  * evenly from all around: sum L / 4, the mean of max(0, n.l) over the sphere. `material`: specular,
  * shininess. `place` is the point, in the object's space: where nothing asks for it (place_at() below) it
  * is 0. L is what arrives there: common_shadow.glsl. */
-#if (VARIANT & FLAGS_SHADOW) != 0
+#if (VARIANT & FLAGS_PLACE) != 0
 #if (VARIANT & FLAG_SOLID) != 0 || defined(SURFACE)
 #define SHADOW_ON_SURFACE
 #endif
@@ -33,10 +33,24 @@ vec3 place_in_step(float i, float steps, float tau) {
 vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material, vec3 place) {
     vec3 diffuse = vec3(0.0), gloss = vec3(0.0), even = vec3(0.0);
     int count = int(frame[FRAME_AMBIENT].w), i = 0;
+#if (VARIANT & FLAG_POINT) != 0
+    vec3 here = vec3(dot(shadow[SHADOW_WORLD].xyz, place) + shadow[SHADOW_WORLD].w,
+                     dot(shadow[SHADOW_WORLD + 1].xyz, place) + shadow[SHADOW_WORLD + 1].w,
+                     dot(shadow[SHADOW_WORLD + 2].xyz, place) + shadow[SHADOW_WORLD + 2].w);
+#endif
     do {
         vec3 l = frame[FRAME_LIGHT_DIR + i].xyz, radiance = frame[FRAME_LIGHT_COLOR + i].rgb;
+#if (VARIANT & FLAG_POINT) != 0
+        vec4 point = shadow[SHADOW_POINT + i];
+        vec3 to = point.xyz - here;
+        float d2 = dot(to, to);
+        l = point.w > 0.0 ? to * inversesqrt(max(d2, 1.0e-37)) : l;
+        radiance *= point.w > 0.0 ? 1.0 / max(d2, point.w) : 1.0;
+#endif
 #if (VARIANT & FLAGS_SHADOW) != 0
         radiance *= shadow_arrives(i, place, flat_n);
+#endif
+#if (VARIANT & FLAGS_PLACE) != 0
         even += 0.25 * radiance;
 #endif
         diffuse += radiance * max(0.0, dot(n, l));
@@ -47,7 +61,7 @@ vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material
         gloss += c > 0.0 ? radiance * pow(max(c, 1.0e-20), material.y) : vec3(0.0);
 #endif
     } while (++i < min(count, LIGHTS_MAX));
-#if (VARIANT & FLAGS_SHADOW) == 0
+#if (VARIANT & FLAGS_PLACE) == 0
     even = frame[FRAME_LIGHT_SUM].rgb;
 #endif
     return color * (frame[FRAME_AMBIENT].rgb + weight * diffuse + (1.0 - weight) * even) +

@@ -7,10 +7,12 @@
  * two (media of other objects are other draws); a homogeneous medium is unlit, its colour is its
  * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
  * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
- * by clipping; a shadow needs a light with a direction. The checks compile every variant for which
+ * by clipping; shadows and point lights need light, and beside a point light there are both
+ * kinds of shadow or none. The checks compile every variant for which
  * this holds, and gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
 #define FLAGS_SHADOW  (FLAG_SHADOW_OPAQUE | FLAG_SHADOW_MEDIA)
+#define FLAGS_PLACE   (FLAGS_SHADOW | FLAG_POINT)
 #define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
 #define VARIANT_MAKES_SENSE(v, known)                                                              \
     ((((v)&FLAGS_CONTENT) == FLAG_MEDIUM || ((v)&FLAGS_CONTENT) == FLAG_SOLID ||                   \
@@ -21,7 +23,8 @@
      (((v)&FLAG_SPECULAR) == 0 || ((v)&FLAG_LIT) != 0) &&                                          \
      (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0) &&                                        \
      (((v)&FLAG_EXACT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                     \
-     (((v)&FLAGS_SHADOW) == 0 || ((v)&FLAG_LIT) != 0))
+     (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
+     (((v)&FLAG_POINT) == 0 || ((v)&FLAGS_SHADOW) == 0 || ((v)&FLAGS_SHADOW) == FLAGS_SHADOW))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -42,6 +45,7 @@
 
 #define FLAG_SHADOW_OPAQUE 0x10000 /* a light throws shadows of opaque things */
 #define FLAG_SHADOW_MEDIA  0x20000 /* a light throws shadows of media */
+#define FLAG_POINT         0x40000 /* a light stands at a point */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */
@@ -103,7 +107,9 @@
 #define SHADOW_V       4
 #define SHADOW_D       5
 #define SHADOW_ROWS    6
-#define SHADOW_VEC4S   49 /* 1 + LIGHTS_MAX SHADOW_ROWS */
+#define SHADOW_WORLD   49 /* 1 + LIGHTS_MAX SHADOW_ROWS: three rows, the world from the object's space */
+#define SHADOW_POINT   52 /* where lights stand, in that world; w: radius^2, 0 where they do not */
+#define SHADOW_VEC4S   60
 #define SHADOW_LAYERS                                                                              \
     4 /* that one pass writes; each holds three slices, and the next one's first */
 

@@ -115,7 +115,7 @@ void main() {
     Slot s[SLOTS];
 #define BEGIN(k) s[k] = slot_for(k, p);
     EACH_SLOT(BEGIN)
-#if (VARIANT & FLAGS_SHADOW) != 0
+#if (VARIANT & FLAGS_PLACE) != 0
     /* Light is asked for in the first slot's space, by the ray parameter. */
     place_in = s[0].origin;
     place_on = s[0].d;

@@ -44,7 +44,7 @@ void main() {
 #elif (VARIANT & FLAG_HOMOGENEOUS) == 0
     Way way = Way(uvw, vec3(0.0), mat3(0.0));
 #endif
-#if (VARIANT & FLAGS_SHADOW) != 0
+#if (VARIANT & FLAGS_PLACE) != 0
     /* Light is that of the plane, as all else is. */
     place_in = ray_origin(p) + (1.0 / gl_FragCoord.z - 2.0) / frame[FRAME_O0].w * ray_direction(p);
     place_on = vec3(0.0);

@@ -39,8 +39,10 @@ void main() {
     n *= (front ? 1.0 : -1.0) * inversesqrt(max(dot(n, n), 1.0e-30));
     vec2 p = sample_position();
     vec3 flat_n = n, place = vec3(0.0);
-#if (VARIANT & FLAGS_SHADOW) != 0
+#if (VARIANT & FLAGS_PLACE) != 0
     place = ray_origin(p) + t * ray_direction(p);
+#endif
+#if (VARIANT & FLAGS_SHADOW) != 0
     flat_n = flat_normal(place, view_vector(p));
 #endif
     color = lit_by(color, n, flat_n, view_vector(p), 1.0, vec2(0.0), place);

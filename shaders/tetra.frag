@@ -155,7 +155,7 @@ void main() {
     Tetra tetra = fetch_tetra();
     Hits hits = meet_tetra(tetra, sample_position_real());
     REAL begin = hits.h_in, end = hits.h_out;
-#if defined(SLABS) || defined(CASTER) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID | FLAGS_SHADOW)) != 0
+#if defined(SLABS) || defined(CASTER) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID | FLAGS_PLACE)) != 0
     REAL t0 = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, tetra.v0) + frame[FRAME_OU].w; /* of v0 */
 #endif
 #if (VARIANT & FLAG_EYE_INSIDE) != 0
@@ -227,7 +227,7 @@ void main() {
     Way way = Way(at_in, at_out - at_in, to_world);
 #endif
 
-#if (VARIANT & FLAGS_SHADOW) != 0
+#if (VARIANT & FLAGS_PLACE) != 0
     place_in = ray_origin(p) + float(t0 + begin) * ray_direction(p);
     place_on = float(end - begin) * ray_direction(p);
 #endif

@@ -197,7 +197,7 @@ void main() {
 #endif
         bool finished = found || at_base || leaves_by_base;
 #else
-#if (VARIANT & FLAGS_SHADOW) != 0
+#if (VARIANT & FLAGS_PLACE) != 0
         place_in = vec3(origin + (t_in + near) * d);
         place_on = vec3((t_end - t_in) * d);
 #endif
@@ -221,7 +221,7 @@ void main() {
     complete = complete && whole;
     if (!found && complete)
         discard;
-#if (VARIANT & FLAGS_SHADOW) != 0
+#if (VARIANT & FLAGS_PLACE) != 0
     place_in = vec3(origin + t * d);
 #endif
     picture = vec4(shade_solid(q_found, 0.0, to_world_found, v, at_boundary, cut), OPAQUE_DEPTH);

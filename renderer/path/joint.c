@@ -28,7 +28,7 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
     flags |= (more & 1 ? FLAG_SLOTS_1 : 0) | (more & 2 ? FLAG_SLOTS_2 : 0);
     for (uint32_t i = 0; i < joint->shell_count; i++)
         flags |= variant_of_shell(joint->shell[i].object, picture->lights.count, false, false) &
-                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAGS_SHADOW);
+                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAGS_PLACE);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
     return flags | (any_exact(joint) ? FLAG_EXACT : 0);

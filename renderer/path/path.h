@@ -47,7 +47,7 @@ struct path_object {
     bool fp64;                        /* rays meet its cells in doubles (shell/precision.h) */
     bool exact; /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
-    uint32_t shadow; /* FLAG_SHADOW_* that its lit draws need */
+    uint32_t shadow; /* FLAGS_PLACE that its lit draws need */
 
     bool every_plane; /* for measuring alone: planes look at every prism */
     uint32_t forced;  /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */

@@ -41,7 +41,8 @@ struct shadow_pass {
 /* ---- what is needed ---- */
 
 static bool throws(const struct scene_light *light) {
-    return light->shadow && (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
+    return light->shadow && !light->point &&
+           (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
 }
 
 static uint64_t bytes_of(const struct shadow_need *need, int size) {
@@ -61,12 +62,19 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
         lit |= wanted || (object->shell && path_object_drawn(object) &&
                           variant_needs_normals(object, (int)scene->light_count));
     }
-    for (size_t k = 0; k < scene->light_count; k++)
+    for (size_t k = 0; k < scene->light_count; k++) {
+        need->points |= lit && scene->lights[k].point;
         need->layer[k] = lit && throws(&scene->lights[k]) ? need->count++ : -1;
+    }
     if (need->count == 0 && forced && scene->light_count > 0)
         need->count = 1;
+    for (size_t i = 0; i < count; i++)
+        objects[i].shadow = need->points ? (uint32_t)FLAG_POINT : 0;
     if (need->count == 0)
         return STATUS_OK;
+    /* Shaders that know of points know of both kinds of shadow, or of none. */
+    need->opaque |= need->points;
+    need->media |= need->points;
     need->layers =
         SHADOW_LAYERS * (int)ceil((scene->shadow.slices ? scene->shadow.slices : SLICES) / 12.0);
     need->size = scene->shadow.size;
@@ -86,8 +94,8 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
     scene->shadow.size = need->size;
     scene->shadow.slices = need->media ? 3 * need->layers : 0;
     for (size_t i = 0; i < count; i++)
-        objects[i].shadow = (need->opaque ? (uint32_t)FLAG_SHADOW_OPAQUE : 0) |
-                            (need->media ? (uint32_t)FLAG_SHADOW_MEDIA : 0);
+        objects[i].shadow |= (need->opaque ? (uint32_t)FLAG_SHADOW_OPAQUE : 0) |
+                             (need->media ? (uint32_t)FLAG_SHADOW_MEDIA : 0);
     return STATUS_OK;
 }
 
@@ -229,8 +237,6 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
     }
     GLint bits = 4; /* what GL guarantees */
     glGetIntegerv(GL_SUBPIXEL_BITS, &bits);
-    if (!maps->block)
-        glCreateBuffers(1, &maps->block);
     maps->grid = ldexpf(1, -bits);
     return gl_check("maps for shadows", err);
 }
@@ -460,8 +466,16 @@ enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need 
                              struct surface_pass *surface, struct picture *picture,
                              struct error *err) {
     stage_clock_next(picture->clock, REPORT_STAGE_shadow, true);
-    enum status status = size_maps(&pass->maps, need, err);
-    if (status != STATUS_OK)
+    if (!pass->maps.block)
+        glCreateBuffers(1, &pass->maps.block);
+    enum status status = STATUS_OK;
+    if (need->count == 0)
+        drop_maps(&pass->maps);
+    else
+        status = size_maps(&pass->maps, need, err);
+    pass->maps.need = *need;
+    picture->shadows = &pass->maps;
+    if (status != STATUS_OK || need->count == 0)
         return status;
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     cell_pass_begin_picture(pass->cells);
@@ -478,7 +492,6 @@ enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need 
     view.target = &target;
     status = draw_lights(pass, surface, &view, &own, err);
     picture->cold |= view.cold;
-    picture->shadows = &pass->maps;
     return status;
 }
 
@@ -490,6 +503,25 @@ static void set_row(float row[4], const double v[3], double scale, double last) 
     row[3] = (float)last;
 }
 
+/* Where lights stand, from the world's centre, and how places in an object's space lie to that. */
+static void set_points(float rows[SHADOW_VEC4S][4], const struct scene *scene,
+                       const double world[3], const double center[3], const double m[16]) {
+    for (int r = 0; r < 3; r++) {
+        double shift = m[12 + r] - world[r];
+        for (int c = 0; c < 3; c++) {
+            shift += m[4 * c + r] * center[c];
+            rows[SHADOW_WORLD + r][c] = (float)m[4 * c + r];
+        }
+        rows[SHADOW_WORLD + r][3] = (float)shift;
+    }
+    for (size_t k = 0; k < scene->light_count && k < LIGHTS_MAX; k++) {
+        const struct scene_light *light = &scene->lights[k];
+        for (int i = 0; i < 3; i++)
+            rows[SHADOW_POINT + k][i] = (float)(light->position[i] - world[i]);
+        rows[SHADOW_POINT + k][3] = light->point ? (float)(light->radius * light->radius) : 0;
+    }
+}
+
 void shadow_bind(const struct picture *picture, const struct view *view,
                  const struct path_object *object) {
     const struct shadow_maps *maps = picture->shadows;
@@ -499,7 +531,7 @@ void shadow_bind(const struct picture *picture, const struct view *view,
     memset(rows, 0, sizeof rows);
     double size = maps->need.size;
     rows[0][0] = (float)size;
-    rows[0][1] = (float)(1 / size);
+    rows[0][1] = size > 0 ? (float)(1 / size) : 0;
     rows[0][2] = (float)maps->need.layers;
     rows[0][3] = maps->grid;
     for (int k = 0; k < LIGHTS_MAX; k++) {
@@ -519,6 +551,9 @@ void shadow_bind(const struct picture *picture, const struct view *view,
                 2 / size * sqrt(dot(world->ov, world->ov) / dot(world->d0, world->d0)));
         set_row(row[SHADOW_D], world->d0, 1, 0);
     }
+    const struct scene *scene = &picture->report->resolved;
+    if (maps->need.points)
+        set_points(rows, scene, picture->world.center, view->center, object->object->transform);
     glNamedBufferData(maps->block, (GLsizeiptr)sizeof rows, rows, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, BINDING_SHADOW, maps->block);
     glBindTextureUnit(BINDING_SHADOW_PLANES, maps->planes);

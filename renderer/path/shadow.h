@@ -20,6 +20,7 @@ struct shadow_need {
     int count;             /* lights with maps; 0: nothing of all this */
     int layer[LIGHTS_MAX]; /* of each light's maps, -1: it throws no shadow */
     bool opaque, media;    /* whether there are such things to throw them */
+    bool points;           /* lights stand at points, which is told with the maps or without */
     int size, layers;      /* of a map; of four depths each */
 };
 

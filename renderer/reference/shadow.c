@@ -43,17 +43,17 @@ static double depth_of_cell(struct tracer *light, const struct cell *cell) {
 
 /* The share of light k that comes to `from`, which is relative to the world's centre. */
 static double share(struct tracer *light, const double from[3], const double toward[3],
-                    const struct origin *origin) {
+                    double distance, const struct origin *origin) {
     const struct world *world = light->world;
     if (origin->object && !origin->solid && dot3(origin->flat, toward) <= 0)
         return 0; /* the triangle itself is in the way */
-    double t_from = dot3(from, toward), o[3];
+    double t_from = dot3(from, toward), t_to = t_from + distance, o[3];
     for (int i = 0; i < 3; i++)
         o[i] = from[i] - t_from * toward[i];
     for (size_t i = 0; i < world->object_count; i++)
         object_ray_init(&world->objects[i], o, toward, &light->rays[i]);
-    if (tracer_meets_surface(light, t_from, INFINITY, origin) ||
-        !tracer_gather(light, t_from, INFINITY) || tracer_meets_solid(light, t_from, origin))
+    if (tracer_meets_surface(light, t_from, t_to, origin) || !tracer_gather(light, t_from, t_to) ||
+        tracer_meets_solid(light, t_from, origin))
         return 0;
     double depth = 0;
     for (size_t k = 0; k < light->cell_count && depth < DEPTH_DARK; k++)
@@ -64,14 +64,15 @@ static double share(struct tracer *light, const double from[3], const double tow
 bool tracer_incident(struct tracer *tracer, double t, const struct origin *origin,
                      struct reference_incident *incident) {
     const struct reference_lights *lights = &tracer->world->lights;
-    reference_unshadowed(lights, incident);
     double from[3];
     for (int i = 0; i < 3; i++)
         from[i] = tracer->o[i] + t * tracer->d[i];
+    reference_unshadowed(lights, from, tracer->world->center, incident);
     for (int k = 0; k < lights->count; k++) {
         if (!lights->shadow[k])
             continue;
-        double arrives = share(tracer->light, from, lights->toward[k], origin);
+        double arrives =
+            share(tracer->light, from, incident->toward[k], incident->distance[k], origin);
         for (int i = 0; i < 3; i++)
             incident->color[k][i] *= arrives;
         if (tracer->light->status != STATUS_OK) {

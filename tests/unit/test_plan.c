@@ -10,11 +10,12 @@
 
 /* Every row of the plan. */
 static const char *const parts[] = {
-    "surface",    "entries",       "solid",        "sort",          "exact-map",   "slices",
-    "overlap",    "media",         "resolve",      "trials",        "error",       "supersampling",
-    "depth",      "occluded",      "voxels",       "closed-form",   "cells",       "eye-inside",
-    "fp64",       "light",         "ambient",      "shadow",        "specular",    "gradients",
-    "shadow-map", "shadow-slices", "mesh-normals", "base-textures", "OpenImageIO", "tinygltf"};
+    "surface",    "entries",       "solid",        "sort",         "exact-map",     "slices",
+    "overlap",    "media",         "resolve",      "trials",       "error",         "supersampling",
+    "depth",      "occluded",      "voxels",       "closed-form",  "cells",         "eye-inside",
+    "fp64",       "light",         "ambient",      "shadow",       "specular",      "gradients",
+    "shadow-map", "shadow-slices", "point-lights", "mesh-normals", "base-textures", "OpenImageIO",
+    "tinygltf"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -120,6 +121,8 @@ static const struct row rows[] = {
      "SURFACE:lit RESOLVE:"},
     {CAST "{'mesh': {" SPHERE "}" END, "surface resolve depth light shadow shadow-map mesh-normals",
      "CASTER_SURFACE: SURFACE:lit+hidden RESOLVE:"},
+    {VIEW("1", "'lights': [{'position': [0, 0, 3]}], ") "{'mesh': {" SPHERE "}" END,
+     "surface resolve depth light point-lights mesh-normals", "SURFACE:lit+point RESOLVE:"},
     {CAST SHELL(SPHERE, CHAIN, "") END,
      "entries solid exact-map resolve voxels light shadow shadow-map gradients",
      "CASTER:solid+lit+exact WALK:solid+lit+exact+hidden RESOLVE:"},
@@ -180,7 +183,8 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_BLOCKS, "blocks"},
                  {FLAG_FP64, "fp64"},
                  {FLAG_SHADOW_OPAQUE, "hidden"},
-                 {FLAG_SHADOW_MEDIA, "dimmed"}};
+                 {FLAG_SHADOW_MEDIA, "dimmed"},
+                 {FLAG_POINT, "point"}};
     const char *program;
     uint32_t variant;
     *text = 0;
