@@ -429,7 +429,8 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
     if (plan.surface &&
         (status = surface_pass_upload(renderer->surface, &picture, err)) != STATUS_OK)
         goto done;
-    if ((plan.shadow.count || plan.shadow.points) && (status = draw_shadows(renderer, &plan, &picture, err)) != STATUS_OK)
+    if ((plan.shadow.count || plan.shadow.points) &&
+        (status = draw_shadows(renderer, &plan, &picture, err)) != STATUS_OK)
         goto done;
     struct contest contest = {.asked = scene,
                               .prepared = &prepared,

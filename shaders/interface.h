@@ -107,9 +107,10 @@
 #define SHADOW_V       4
 #define SHADOW_D       5
 #define SHADOW_ROWS    6
-#define SHADOW_WORLD   49 /* 1 + LIGHTS_MAX SHADOW_ROWS: three rows, the world from the object's space */
-#define SHADOW_POINT   52 /* where lights stand, in that world; w: radius^2, 0 where they do not */
-#define SHADOW_VEC4S   60
+#define SHADOW_WORLD                                                                               \
+    49 /* 1 + LIGHTS_MAX SHADOW_ROWS: three rows, the world from the object's space */
+#define SHADOW_POINT 52 /* where lights stand, in that world; w: radius^2, 0 where they do not */
+#define SHADOW_VEC4S 60
 #define SHADOW_LAYERS                                                                              \
     4 /* that one pass writes; each holds three slices, and the next one's first */
 

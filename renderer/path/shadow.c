@@ -8,14 +8,12 @@
 #include "renderer/gl/context.h"
 #include "renderer/path/cells.h"
 #include "renderer/path/frame.h"
+#include "renderer/path/light_view.h"
 #include "renderer/path/variant.h"
 #include "renderer/shell/precision.h"
 
 /* A map's size where the scene leaves it open; its slices. */
 enum { SIDE_MIN = 256, SIDE_MAX = 1024, SLICES = 12 };
-
-/* Around the objects, in texels: the four around any point exist. */
-enum { MARGIN = 2 };
 
 /* Stands for "nothing there": farther than any depth, and finite. */
 static const float FAR_AWAY = 1e30f;
@@ -99,92 +97,8 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
     return STATUS_OK;
 }
 
-/* ---- a light's view ---- */
-
 static double dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3]) {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static void unit(double v[3]) {
-    double length = sqrt(dot(v, v));
-    for (int i = 0; i < 3; i++)
-        v[i] /= length;
-}
-
-/* How far every point of the objects goes along three axes, from `center`. */
-static void extents(const struct picture *picture, const double axis[3][3], double low[3],
-                    double high[3]) {
-    for (int i = 0; i < 3; i++) {
-        low[i] = INFINITY;
-        high[i] = -INFINITY;
-    }
-    for (size_t n = 0; n < picture->object_count; n++) {
-        const struct path_object *object = &picture->objects[n];
-        const double *m = object->object->transform;
-        uint32_t count = object->shell ? object->shell->vertex_count : object->mesh->vertex_count;
-        for (uint32_t v = 0; v < count; v++) {
-            double p[3];
-            for (int r = 0; r < 3; r++) {
-                p[r] = m[12 + r] - picture->world.center[r];
-                for (int c = 0; c < 3; c++)
-                    p[r] += m[4 * c + r] * (object->shell ? object->shell->position[v][c] +
-                                                                object->shell->center[c]
-                                                          : object->mesh->position[v][c]);
-            }
-            for (int i = 0; i < 3; i++) {
-                low[i] = fmin(low[i], dot(p, axis[i]));
-                high[i] = fmax(high[i], dot(p, axis[i]));
-            }
-        }
-    }
-}
-
-/* Orthographic, square, with everything between the depths -0.25 and 0.25. */
-static void fit_view(const struct picture *picture, const double direction[3], int size,
-                     struct view *view) {
-    double axis[3][3], low[3], high[3], largest = 0, middle[3] = {0, 0, 0}, half[3];
-    int least = 0;
-    for (int i = 0; i < 3; i++)
-        largest = fmax(largest, fabs(direction[i]));
-    for (int i = 0; i < 3; i++) {
-        axis[2][i] = direction[i] / largest;
-        if (fabs(axis[2][i]) < fabs(axis[2][least]))
-            least = i;
-    }
-    unit(axis[2]);
-    double up[3] = {least == 0, least == 1, least == 2};
-    cross(axis[2], up, axis[0]);
-    unit(axis[0]);
-    cross(axis[0], axis[2], axis[1]);
-    extents(picture, (const double(*)[3])axis, low, high);
-    for (int i = 0; i < 3; i++) {
-        half[i] = (high[i] - low[i]) / 2;
-        for (int c = 0; c < 3; c++)
-            middle[c] += axis[i][c] * (low[i] + half[i]);
-    }
-    double side = fmax(half[0], half[1]), radius = sqrt(dot(half, half));
-    side = (side > 0 ? side : 1) * size / (size - 2.0 * MARGIN);
-    double depth = 4 * (radius > 0 ? radius : 1);
-    *view = (struct view){.width = size, .height = size, .orthographic = true, .depth_scale = 1};
-    memcpy(view->center, picture->world.center, sizeof view->center);
-    for (int i = 0; i < 3; i++) {
-        view->o0[i] = middle[i];
-        view->ou[i] = side * axis[0][i];
-        view->ov[i] = side * axis[1][i];
-        view->d0[i] = depth * axis[2][i];
-        view->x_row[i] = axis[0][i] / side;
-        view->y_row[i] = axis[1][i] / side;
-        view->h_row[i] = axis[2][i] / depth;
-    }
-    view->x_row[3] = -dot(view->x_row, middle);
-    view->y_row[3] = -dot(view->y_row, middle);
-    view->h_row[3] = 1 - dot(view->h_row, middle);
 }
 
 /* ---- maps ---- */
@@ -443,8 +357,8 @@ static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *su
         size_t k = 0; /* where nothing throws a shadow: forced, by the first light */
         while (k < scene->light_count && maps->need.layer[k] != layer)
             k++;
-        fit_view(view, scene->lights[k < scene->light_count ? k : 0].direction, maps->need.size,
-                 &maps->view[layer]);
+        light_view_fit(view, scene->lights[k < scene->light_count ? k : 0].direction,
+                       maps->need.size, &maps->view[layer]);
         own->view[0] = maps->view[layer];
         for (size_t i = 0; i < view->object_count; i++) {
             objects[i] = seen[i];
@@ -460,6 +374,25 @@ static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *su
     }
     free(objects);
     return status;
+}
+
+/* Places along a light's ray are told apart to SHADOW_ROUNDING: a shell that is not sixteen times
+ * as deep has shadows on itself that are off by more than a sixteenth of its optical depth. */
+static void warn_of_thin(const struct shadow_maps *maps, const struct picture *picture) {
+    for (size_t i = 0; i < picture->object_count && maps->need.media; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!object->shell || !variant_needs_normals(object, picture->lights.count) ||
+            !volume_has_medium(object->volume))
+            continue;
+        struct view view;
+        view_in_object(&maps->view[0], object->object->transform, object->shell->center, &view);
+        double depth = sqrt(dot(view.h_row, view.h_row)) * object->shell->thickness;
+        if (depth < 16 * SHADOW_ROUNDING)
+            report_warn(
+                picture->report, "shadow-coarse", object->pointer, 1, 0,
+                "the shell is too thin for the depth of the scene: fp32 cannot tell where in "
+                "it light has been stopped");
+    }
 }
 
 enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need *need,
@@ -492,6 +425,7 @@ enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need 
     view.target = &target;
     status = draw_lights(pass, surface, &view, &own, err);
     picture->cold |= view.cold;
+    warn_of_thin(&pass->maps, picture);
     return status;
 }
 

@@ -112,7 +112,8 @@ void matrix_light(struct matrix *matrix) {
                "8, 4]}}" STEPS "}, " GROUND(BELOW) "]}");
     snprintf(made.name, sizeof made.name, "columns of a solid");
     made.most = 0.12;
-    made.why = "rings a few texels wide: a pixel of 16 is lit or dark by one ray (measured 0.06 to 0.08)";
+    made.why =
+        "rings a few texels wide: a pixel of 16 is lit or dark by one ray (measured 0.06 to 0.08)";
     matrix_add(matrix, made,
                "{" IMAGE(16) AWAY SUN FINE
                "'objects': [{'shell': {'mesh': {'shape': 'plane', 'divisions': [2, 2]}, "

@@ -315,6 +315,18 @@ static void test_size(void **state) {
                      STATUS_OK);
     assert_int_equal(result.report.resolved.shadow.size, 256);
     assert_int_equal(result.report.resolved.shadow.slices, 24);
+    assert_int_equal(result.report.warning_count, 0);
+    render_result_finish(&result);
+    /* Where fp32 cannot hold a shell's depth, that is told. */
+    assert_int_equal(support_draw(renderer, &result,
+                                  VIEW(8) "'lights': [{'shadow': true}], 'objects': [{'shell': "
+                                          "{'mesh': {'shape': 'sphere'}, 'thickness': 1e-6, "
+                                          "'material': {'builtin': 'fur', 'size': [4, 4, 4]}}}]}"),
+                     STATUS_OK);
+    bool told = false;
+    for (size_t i = 0; i < result.report.warning_count; i++)
+        told |= strcmp(result.report.warnings[i].code, "shadow-coarse") == 0;
+    assert_true(told);
     render_result_finish(&result);
 }
 
