@@ -49,7 +49,7 @@ struct report_pass {
     char why[160]; /* left out: the reason; drawn: what for, may be empty */
 };
 
-enum { REPORT_PASSES_MAX = 32, REPORT_WARNINGS_MAX = 64, REPORT_LOADED_MAX = 16 };
+enum { REPORT_PASSES_MAX = 48, REPORT_WARNINGS_MAX = 64, REPORT_LOADED_MAX = 16 };
 
 /* What outlives pictures: each of these is found as an earlier picture left it, or made anew. */
 #define REPORT_PARTS(X)                                                                            \

@@ -26,6 +26,8 @@ enum {
     SCENE_DRAWN_PIXELS_MAX = 16 * 1024 * 1024,
 
     SCENE_LIGHTS_MAX = 8,
+    SCENE_SHADOW_SIZE_MAX = 4096,
+    SCENE_SHADOW_SLICES_MAX = 96,
     SCENE_OBJECTS_MAX = 256,
     SCENE_JOINTS_MAX = 65536, /* and segments */
     SCENE_TEXT_MAX = 255,     /* characters of the name of an animation */
@@ -49,9 +51,19 @@ struct scene_camera {
 };
 
 struct scene_light {
-    double direction[3]; /* where the light travels; of any length > 0 */
+    bool point;
+    double direction[3]; /* where the light travels; of any length > 0; unless `point` */
+    double position[3];  /* `point`: world units */
+    double radius;       /* `point`: nearer than this it grows no stronger */
     double color[3];
     bool shadow;
+};
+
+/* How finely shadows are drawn; 0 where not given: the renderer's own choice, which `resolved`
+ * reports. */
+struct scene_shadow {
+    int size;   /* texels along a side of each light's map */
+    int slices; /* through the media on each of its rays */
 };
 
 enum scene_mesh_kind {
@@ -217,6 +229,7 @@ struct scene {
     struct scene_camera camera;
     size_t light_count;
     struct scene_light *lights;
+    struct scene_shadow shadow;
     double ambient[3];
     size_t object_count;
     struct scene_object *objects;

@@ -56,7 +56,7 @@ static void check_camera(struct reader *reader, json_t *json, const struct scene
 }
 
 static void check_light(struct reader *reader, json_t *json, const struct scene_light *light) {
-    if (length3(light->direction) < length_min)
+    if (!light->point && length3(light->direction) < length_min)
         refuse_member(reader, json, REFUSAL_ZERO_DIRECTION, "direction");
 }
 

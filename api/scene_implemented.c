@@ -8,13 +8,8 @@
 /* What a row looks at; objects are visited one by one. */
 struct look {
     const struct scene *scene;
-    const struct scene_object *object; /* NULL: the row is about the scene */
-    const struct scene_light *light;
+    const struct scene_object *object;
 };
-
-static bool shadow(const struct look *look) {
-    return look->light->shadow;
-}
 
 static bool skeleton(const struct look *look) {
     return look->object->kind == SCENE_OBJECT_SKELETON;
@@ -46,28 +41,23 @@ static bool bisections(const struct look *look) {
     return look->object->quality.bisections != 0;
 }
 
-enum about { LIGHT, OBJECT };
-
 static const struct {
-    enum about about;
     bool (*wanted)(const struct look *look);
-    const char *members[4]; /* from the light or the object */
+    const char *members[4]; /* from the object */
     const char *what;
 } rows[] = {
-    {LIGHT, shadow, {"shadow"}, "shadows"},
-    {OBJECT, skeleton, {"skeleton"}, "skeletons"},
-    {OBJECT, other_path, {"path"}, "by this path"},
-    {OBJECT, other_traversal, {"quality", "traversal"}, "by this traversal"},
-    {OBJECT, rank, {"quality", "rank"}, "by gdm"},
-    {OBJECT, iterations, {"quality", "iterations"}, "by distance"},
-    {OBJECT, relief_steps, {"quality", "relief_steps"}, "by frusta"},
-    {OBJECT, bisections, {"quality", "bisections"}, "by frusta"},
+    {skeleton, {"skeleton"}, "skeletons"},
+    {other_path, {"path"}, "by this path"},
+    {other_traversal, {"quality", "traversal"}, "by this traversal"},
+    {rank, {"quality", "rank"}, "by gdm"},
+    {iterations, {"quality", "iterations"}, "by distance"},
+    {relief_steps, {"quality", "relief_steps"}, "by frusta"},
+    {bisections, {"quality", "bisections"}, "by frusta"},
 };
 
-static void judge(enum about about, const struct look *look, struct json_path *path,
-                  struct error *err) {
+static void judge(const struct look *look, struct json_path *path, struct error *err) {
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (rows[i].about != about || !rows[i].wanted(look))
+        if (!rows[i].wanted(look))
             continue;
         size_t mark = path->length;
         for (size_t k = 0; k < 4 && rows[i].members[k]; k++)
@@ -82,19 +72,11 @@ enum status scene_check_implemented(const struct scene *scene, struct error *err
     struct error found = {0};
     struct json_path path = {0};
     struct look look = {.scene = scene};
-    size_t outer = json_path_enter_name(&path, "lights");
-    for (size_t i = 0; i < scene->light_count; i++) {
-        size_t mark = json_path_enter_index(&path, i);
-        look.light = &scene->lights[i];
-        judge(LIGHT, &look, &path, &found);
-        json_path_leave(&path, mark);
-    }
-    json_path_leave(&path, outer);
     json_path_enter_name(&path, "objects");
     for (size_t i = 0; i < scene->object_count; i++) {
         size_t mark = json_path_enter_index(&path, i);
         look.object = &scene->objects[i];
-        judge(OBJECT, &look, &path, &found);
+        judge(&look, &path, &found);
         json_path_leave(&path, mark);
     }
     enum status status = found.status;

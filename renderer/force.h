@@ -22,6 +22,7 @@ enum {
     FORCE_VOXELS = 0x100,      /* homogeneous media as voxels */
     FORCE_SORT = 0x200,        /* cells in order, though rays could walk */
     FORCE_SAMPLES = 0x400,     /* 4 samples a pixel; not the same picture but where it is even */
+    FORCE_SHADOW = 0x2000,     /* maps of the first light, and all that asks them, for no shadow */
     FORCE_EVERY_PLANE = 0x800, /* planes of the slicing path look at every prism */
     FORCE_COST = 0x1000,       /* report.choice tells the cost of the path that the scene names */
 };

@@ -168,8 +168,9 @@ void plan_warn_uneven(const struct path_object *objects, size_t count, struct re
 }
 
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
-               struct plan *plan) {
-    *plan = (struct plan){.k = (int)lround(sqrt(scene->image.samples)),
+               const struct shadow_need *shadow, struct plan *plan) {
+    *plan = (struct plan){.shadow = *shadow,
+                          .k = (int)lround(sqrt(scene->image.samples)),
                           .measured = scene->error_mode == SCENE_ERROR_ESTIMATE ||
                                       scene->target.has_max_error || scene->target.has_deadline_ms};
     for (size_t i = 0; i < count; i++) {
@@ -231,6 +232,24 @@ static void tell(struct report *report, const char *name, bool in, const char *w
         report_left_out(report, name, why_out);
 }
 
+/* Views of the lights' own. `none`: why no light throws a shadow, where things are lit. */
+static void tell_shadow(const struct plan *plan, bool lit, const char *none,
+                        struct report *report) {
+    const struct shadow_need *need = &plan->shadow;
+    const char *not_drawn = need->count ? NULL : lit ? none : "nothing is lit";
+    char why[160];
+    snprintf(why, sizeof why, "the views of %d light%s, %d x %d texels, asked at every sample",
+             need->count, need->count == 1 ? "" : "s", need->size, need->size);
+    tell(report, "shadow", need->count, why, not_drawn);
+    tell(report, "shadow-map", need->count && need->opaque,
+         "opaque things throw shadows: their planes, as the lights see them",
+         not_drawn ? not_drawn : "nothing opaque throws a shadow");
+    snprintf(why, sizeof why, "media throw shadows: their optical depths in %d slices",
+             3 * need->layers);
+    tell(report, "shadow-slices", need->count && need->media, why,
+         not_drawn ? not_drawn : "no medium throws a shadow");
+}
+
 /* Light, and what it takes. */
 static void tell_light(const struct plan *plan, const struct needs *needs, bool lights,
                        struct report *report) {
@@ -242,7 +261,10 @@ static void tell_light(const struct plan *plan, const struct needs *needs, bool 
     tell(report, "ambient", plan->flags & FLAG_AMBIENT,
          "ambient light alone: colours are multiplied by it, without normals",
          lit ? "it is a term of the lights with a direction" : unlit);
-    tell(report, "shadow", false, NULL, lights ? "no light casts a shadow" : no_light);
+    tell_shadow(plan, lit, lights ? "no light casts a shadow" : no_light, report);
+    tell(report, "point-lights", plan->flags & FLAG_POINT,
+         "lights stand at points: direction and distance are found at every sample",
+         lights ? "no light stands at a point, or nothing is lit" : no_light);
     tell(report, "specular", plan->flags & FLAG_SPECULAR, "a material is glossy",
          !lights ? no_light
          : lit   ? "no lit material is glossy"

@@ -7,20 +7,22 @@
 
 #include "api/report.h"
 #include "renderer/path/path.h"
+#include "renderer/path/shadow.h"
 
 struct plan {
-    const struct path *path; /* for the shells; NULL where there are none */
-    bool surface;            /* opaque triangles: bases, plain meshes */
-    bool solid;              /* solid parts of materials */
-    bool media;              /* semi-transparent parts */
-    bool walk;               /* some shell is walked through */
-    int slices;              /* planes of the slicing path; 0: of another path */
-    bool measured;           /* an error estimate or a target asks which samples meet a shell */
-    bool occluded;           /* something opaque may lie before a medium */
-    bool depth;              /* a depth buffer: opaque things may hide one another, or media */
-    uint32_t flags;          /* branches of the shaders (FLAG_*), of all draws together */
-    int k;                   /* samples along a pixel's side */
-    size_t warnings;         /* that the report held before there was a path to warn of */
+    const struct path *path;   /* for the shells; NULL where there are none */
+    bool surface;              /* opaque triangles: bases, plain meshes */
+    bool solid;                /* solid parts of materials */
+    bool media;                /* semi-transparent parts */
+    bool walk;                 /* some shell is walked through */
+    int slices;                /* planes of the slicing path; 0: of another path */
+    bool measured;             /* an error estimate or a target asks which samples meet a shell */
+    bool occluded;             /* something opaque may lie before a medium */
+    bool depth;                /* a depth buffer: opaque things may hide one another, or media */
+    struct shadow_need shadow; /* lights that throw shadows, and what of */
+    uint32_t flags;            /* branches of the shaders (FLAG_*), of all draws together */
+    int k;                     /* samples along a pixel's side */
+    size_t warnings;           /* that the report held before there was a path to warn of */
 };
 
 /* Finds by which path the scene says that its shells are drawn, and sets it in each of them: the
@@ -42,7 +44,7 @@ void plan_warn_uneven(const struct path_object *objects, size_t count, struct re
 
 /* `objects` are ready but for textures. */
 void plan_make(const struct scene *scene, const struct path_object *objects, size_t count,
-               struct plan *plan);
+               const struct shadow_need *shadow, struct plan *plan);
 
 /* Tells the plan in words: every pass, branch, buffer and library of the renderer is a row of the
  * report's `passes` or of its `left_out`. */

@@ -3,6 +3,7 @@
  *   assets    meshes, shells, voxels          renderer/prepare.c
  *   bake      gradients                       renderer/bake
  *   upload    textures, buffers               bake, path
+ *   shadow    the lights' own views           path
  *   sort      visibility order, outlines      path
  *   choose    trials for a target             aim.c
  *   draw      surfaces, solids, media         drawing.c: path, in the order that plan.c decides
@@ -46,6 +47,7 @@ struct renderer {
     struct caches caches;
     struct bake_cache *textures;
     struct surface_pass *surface;
+    struct shadow_pass *shadow;  /* made when a light first throws a shadow */
     void *path_state[PATHS_MAX]; /* made when a path is first used */
     struct gl_target samples, picture;
     struct probe probe;
@@ -114,6 +116,7 @@ void renderer_destroy(struct renderer *renderer) {
     if (renderer->context) {
         for (int i = 0; i < PATHS_MAX && path_table[i]; i++)
             path_table[i]->destroy(renderer->path_state[i]);
+        shadow_pass_destroy(renderer->shadow);
         surface_pass_destroy(renderer->surface);
         bake_cache_destroy(renderer->textures);
         probe_finish(&renderer->probe);
@@ -139,6 +142,13 @@ static enum status path_state(void *user, const struct path *path, void **state,
         status = path->create(&renderer->path_state[i], err);
     *state = renderer->path_state[i];
     return status;
+}
+
+static enum status draw_shadows(struct renderer *renderer, const struct plan *plan,
+                                struct picture *picture, struct error *err) {
+    if (!renderer->shadow && !(renderer->shadow = shadow_pass_create()))
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for shadows");
+    return shadow_pass_draw(renderer->shadow, &plan->shadow, renderer->surface, picture, err);
 }
 
 /* A copy of the scene to fill choices into: what the report calls resolved. */
@@ -422,6 +432,9 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         goto done;
     if (plan.surface &&
         (status = surface_pass_upload(renderer->surface, &picture, err)) != STATUS_OK)
+        goto done;
+    if ((plan.shadow.count || plan.shadow.points) &&
+        (status = draw_shadows(renderer, &plan, &picture, err)) != STATUS_OK)
         goto done;
     struct contest contest = {.asked = scene,
                               .prepared = &prepared,

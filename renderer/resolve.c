@@ -37,16 +37,22 @@ enum status resolve_plan(const struct scene *asked, struct prepared *prepared,
     size_t warnings = report->warning_count;
     for (size_t i = 0; i < scene->object_count; i++)
         scene->objects[i].quality = asked->objects[i].quality;
+    scene->shadow = asked->shadow;
     enum status status = choose_quality(prepared, err);
     if (status == STATUS_OK)
         status = plan_order(prepared->objects, prepared->object_count, may_walk, err);
+    if (status != STATUS_OK)
+        return status;
+    struct shadow_need shadow;
+    status = shadow_choose(scene, prepared->objects, prepared->object_count, force & FORCE_SHADOW,
+                           &shadow, err);
     if (status != STATUS_OK)
         return status;
     if (force & FORCE_COST)
         choice_tell_cost(prepared, scene, world, report);
     resolve_objects(scene, prepared);
     plan_warn_uneven(prepared->objects, prepared->object_count, report);
-    plan_make(scene, prepared->objects, prepared->object_count, plan);
+    plan_make(scene, prepared->objects, prepared->object_count, &shadow, plan);
     plan->warnings = warnings;
     force_plan(force, plan);
     plan_report(plan, scene, prepared->objects, prepared->object_count, report);

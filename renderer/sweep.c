@@ -60,8 +60,10 @@ static enum status make_series(struct work *work, const struct sweep_row *row, s
         series->points[i].discretisation = unknown;
     }
     if (!sweep_row_concerns(row, &work->scene))
-        snprintf(series->refused, sizeof series->refused, "/objects: none is a %s",
-                 row->kind == SCENE_OBJECT_SKELETON ? "skeleton" : "shell");
+        snprintf(series->refused, sizeof series->refused, "%s",
+                 row->shadow && !sweep_casts(&work->scene) ? "/lights: none throws a shadow"
+                 : row->kind == SCENE_OBJECT_SKELETON      ? "/objects: none is a skeleton"
+                                                           : "/objects: none is a shell");
     else
         work->point_count += series->point_count;
     return STATUS_OK;
@@ -84,8 +86,10 @@ static enum status prepare(struct work *work, const struct scene *scene, struct 
     if (!sweep->series || !work->objects)
         return out_of_memory(err);
     for (const struct sweep_row *row = sweep_rows; row->name; row++) {
+        /* Of shadows nobody speaks unless there are some, or they are asked for. */
+        bool silent = row->shadow && !work->options->series_count && !sweep_casts(scene);
         enum status status =
-            sweep_wants(work->options, row) ? make_series(work, row, err) : STATUS_OK;
+            sweep_wants(work->options, row) && !silent ? make_series(work, row, err) : STATUS_OK;
         if (status != STATUS_OK)
             return status;
     }
@@ -177,6 +181,8 @@ static enum status draw(struct work *work, const struct sweep_row *row, int qual
     memcpy(work->objects, scene.objects, scene.object_count * sizeof *work->objects);
     scene.objects = work->objects;
     sweep_row_apply(row, quality, scene.objects, scene.object_count);
+    if (row->shadow)
+        scene.shadow.size = quality;
     struct error found = {0};
     enum status status = scene_check_implemented(&scene, &found);
     if (status == STATUS_OK)

@@ -10,7 +10,8 @@ bool sweep_wants(const struct sweep_options *options, const struct sweep_row *ro
     for (size_t i = 0; i < options->series_count; i++)
         if (strcmp(options->series[i], row->name) == 0)
             return true;
-    return options->series_count == 0;
+    /* A ladder that is given for all of them is one of the paths' qualities. */
+    return options->series_count == 0 && !(row->shadow && options->quality_count);
 }
 
 static void check_series(const struct sweep_options *options, struct error *err) {

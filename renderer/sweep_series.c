@@ -56,6 +56,13 @@ const struct sweep_row sweep_rows[] = {
      .quality = "slices",
      .choice = {{"method", "hardware"}, {"map", "exact"}},
      .ladder = {16, 32, 64, 128, 256, 512}},
+    {.name = "shadow-size",
+     .text = "tetrahedra, walked, with larger and larger maps of shadows",
+     .path = SCENE_PATH_TETRA,
+     .kind = SCENE_OBJECT_SHELL,
+     .quality = "size",
+     .shadow = true,
+     .ladder = {32, 64, 128, 256, 512, 1024}},
     {0},
 };
 
@@ -74,16 +81,20 @@ static const struct member *find_member(enum scene_node node, const char *name) 
     return NULL;
 }
 
+static const struct member *moved_member(const struct sweep_row *row) {
+    return find_member(row->shadow ? SCENE_NODE_shadow : SCENE_NODE_quality, row->quality);
+}
+
 int sweep_row_max(const struct sweep_row *row) {
-    return (int)member_max(find_member(SCENE_NODE_quality, row->quality), 0);
+    return (int)member_max(moved_member(row), 0);
 }
 
 int sweep_row_min(const struct sweep_row *row) {
-    return (int)member_min(find_member(SCENE_NODE_quality, row->quality), 0);
+    return (int)member_min(moved_member(row), 0);
 }
 
 const char *sweep_row_unit(const struct sweep_row *row) {
-    return find_member(SCENE_NODE_quality, row->quality)->unit;
+    return moved_member(row)->unit;
 }
 
 const char *sweep_row_path_name(const struct sweep_row *row) {
@@ -96,7 +107,16 @@ const char *sweep_row_path_name(const struct sweep_row *row) {
     return "";
 }
 
+bool sweep_casts(const struct scene *scene) {
+    for (size_t k = 0; k < scene->light_count; k++)
+        if (scene->lights[k].shadow)
+            return true;
+    return false;
+}
+
 bool sweep_row_concerns(const struct sweep_row *row, const struct scene *scene) {
+    if (row->shadow && !sweep_casts(scene))
+        return false;
     for (size_t i = 0; i < scene->object_count; i++)
         if (scene->objects[i].kind == row->kind)
             return true;
@@ -116,13 +136,14 @@ static void set_choice(const char *name, const char *value, struct scene_quality
 
 void sweep_row_apply(const struct sweep_row *row, int quality, struct scene_object *objects,
                      size_t count) {
-    const struct member *moved = find_member(SCENE_NODE_quality, row->quality);
+    const struct member *moved = moved_member(row);
     for (size_t i = 0; i < count; i++) {
         if (objects[i].kind != row->kind)
             continue;
         objects[i].path = row->path;
         objects[i].quality = (struct scene_quality){0};
-        memcpy((char *)&objects[i].quality + moved->offset, &quality, sizeof quality);
+        if (!row->shadow)
+            memcpy((char *)&objects[i].quality + moved->offset, &quality, sizeof quality);
         for (int c = 0; c < SWEEP_CHOICES_MAX && row->choice[c].member; c++)
             set_choice(row->choice[c].member, row->choice[c].value, &objects[i].quality);
     }

@@ -13,6 +13,7 @@ struct sweep_row {
     enum scene_path path;
     enum scene_object_kind kind; /* the objects that such a path draws */
     const char *quality;         /* the member that is moved: an integer */
+    bool shadow;                 /* it is one of the scene's `shadow`, not of an object's quality */
     /* Members that tell the variant, each with its choice; NULL: no more. */
     struct {
         const char *member, *value;
@@ -30,12 +31,15 @@ int sweep_row_min(const struct sweep_row *row);
 const char *sweep_row_unit(const struct sweep_row *row);
 const char *sweep_row_path_name(const struct sweep_row *row);
 
-/* Whether an object of the scene can be drawn by this path at all. */
+/* Whether an object of the scene can be drawn by this path at all, and the member matters to it. */
 bool sweep_row_concerns(const struct sweep_row *row, const struct scene *scene);
 
 /* Gives every object that the row concerns its path, its variant and this quality, and takes away
  * whatever else its quality said. `objects` is the caller's own copy. */
 void sweep_row_apply(const struct sweep_row *row, int quality, struct scene_object *objects,
                      size_t count);
+
+/* Whether a light of the scene throws a shadow. */
+bool sweep_casts(const struct scene *scene);
 
 #endif

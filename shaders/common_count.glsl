@@ -28,6 +28,14 @@ vec4 count_fetch(sampler2D s, ivec2 at, int level) {
     fetches++;
     return texelFetch(s, at, level);
 }
+vec4 count_fetch(sampler2DArray s, ivec3 at, int level) {
+    fetches++;
+    return texelFetch(s, at, level);
+}
+vec4 count_texture(sampler2DArray s, vec3 at) {
+    fetches++;
+    return texture(s, at);
+}
 vec4 count_texture(sampler2D s, vec2 at) {
     fetches++;
     return texture(s, at);

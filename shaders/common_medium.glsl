@@ -30,16 +30,16 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         vec3 q = way_at(way, i / steps);
         vec4 m = texture(medium, q); /* extinction-weighted colour, extinction */
         vec3 source = m.rgb / max(m.a, 1.0e-30);
+        float tau_i = m.a * length_scaled;
 #if (VARIANT & FLAG_LIT) != 0
         vec3 gradient = texture(medium_gradient, q).xyz;
         float g = length(gradient);
         vec3 n = way_normal(way, gradient);
         n *= inversesqrt(max(dot(n, n), 1.0e-37));
-        source = lit(source, n, v, g / (g + 0.01));
+        source = lit(source, n, v, g / (g + 0.01), place_in_step(i, steps, tau_i));
 #elif (VARIANT & FLAG_AMBIENT) != 0
         source *= frame[FRAME_AMBIENT].rgb;
 #endif
-        float tau_i = m.a * length_scaled;
         float lost = ray.left * one_minus_exp(tau_i);
         ray.color += lost * source;
         ray.left -= lost;

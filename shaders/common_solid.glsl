@@ -53,15 +53,15 @@ bool find_solid(inout Way way, float span, out float where, inout bool whole) {
     return found;
 }
 
-/* The surface's colour at texture coordinates q, lit. `cut`, in the world, is the normal to use where
+/* The surface's colour at texture coordinates q, lit, `f` being the share of the segment there. `cut`, in the world, is the normal to use where
  * the shell's boundary cuts the solid open, since s need not change there at all. */
-vec3 shade_solid(vec3 q, mat3 to_world, vec3 v, bool at_boundary, vec3 cut) {
+vec3 shade_solid(vec3 q, float f, mat3 to_world, vec3 v, bool at_boundary, vec3 cut) {
     vec4 m = texture(solid, q); /* s-weighted colour, s */
     vec3 source = m.rgb / max(m.a, 1.0e-30);
 #if (VARIANT & FLAG_LIT) != 0
     vec3 n = to_world * texture(solid_gradient, q).xyz;
     n = at_boundary && !(dot(n, n) > 1.0e-12) ? (dot(cut, v) < 0.0 ? -cut : cut) : n;
-    source = lit(source, n * inversesqrt(max(dot(n, n), 1.0e-37)), v, 1.0);
+    source = lit(source, n * inversesqrt(max(dot(n, n), 1.0e-37)), v, 1.0, place_at(f));
 #elif (VARIANT & FLAG_AMBIENT) != 0
     source *= frame[FRAME_AMBIENT].rgb;
 #endif

@@ -7,9 +7,12 @@
  * two (media of other objects are other draws); a homogeneous medium is unlit, its colour is its
  * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
  * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
- * by clipping. The checks compile every variant for which this holds, and gl_programs_get() takes
- * no other. */
+ * by clipping; shadows and point lights need light, and beside a point light there are both
+ * kinds of shadow or none. The checks compile every variant for which
+ * this holds, and gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
+#define FLAGS_SHADOW  (FLAG_SHADOW_OPAQUE | FLAG_SHADOW_MEDIA)
+#define FLAGS_PLACE   (FLAGS_SHADOW | FLAG_POINT)
 #define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
 #define VARIANT_MAKES_SENSE(v, known)                                                              \
     ((((v)&FLAGS_CONTENT) == FLAG_MEDIUM || ((v)&FLAGS_CONTENT) == FLAG_SOLID ||                   \
@@ -19,7 +22,9 @@
      (((v)&FLAGS_LIGHT) != 0 || ((known)&FLAG_TEXTURED) == 0) &&                                   \
      (((v)&FLAG_SPECULAR) == 0 || ((v)&FLAG_LIT) != 0) &&                                          \
      (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0) &&                                        \
-     (((v)&FLAG_EXACT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0))
+     (((v)&FLAG_EXACT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                     \
+     (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
+     (((v)&FLAG_POINT) == 0 || ((v)&FLAGS_SHADOW) == 0 || ((v)&FLAGS_SHADOW) == FLAGS_SHADOW))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -37,6 +42,10 @@
 #define FLAG_SLOTS_1     0x1000 /* overlap: one slot more than two */
 #define FLAG_SLOTS_2     0x2000 /* overlap: two slots more */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
+
+#define FLAG_SHADOW_OPAQUE 0x10000 /* a light throws shadows of opaque things */
+#define FLAG_SHADOW_MEDIA  0x20000 /* a light throws shadows of media */
+#define FLAG_POINT         0x40000 /* a light stands at a point */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */
@@ -85,6 +94,37 @@
 #define BINDING_BLOCKS          11 /* samplerBuffer: the blocks' lower left pixels */
 #define BINDING_CUTS            9  /* usamplerBuffer: what planes cut; slices do not walk */
 #define BINDING_MAPS            13 /* samplerBuffer: the prisms' own maps, prism_map.h */
+
+/* The uniform block of shadows: texels along the maps' sides, 1 over that, layers of four depths,
+ * the raster's grid in texels; then for each light how the object's space falls on its map: the
+ * texel (x, y) and the depth of a point; what a texel to the right, one up and a unit of depth are
+ * in the world; w of the first of these: its layer, -1 where it throws no shadow. */
+#define BINDING_SHADOW 1
+#define SHADOW_X       0
+#define SHADOW_Y       1
+#define SHADOW_T       2
+#define SHADOW_U       3
+#define SHADOW_V       4
+#define SHADOW_D       5
+#define SHADOW_ROWS    6
+#define SHADOW_WORLD                                                                               \
+    49 /* 1 + LIGHTS_MAX SHADOW_ROWS: three rows, the world from the object's space */
+#define SHADOW_POINT 52 /* where lights stand, in that world; w: radius^2, 0 where they do not */
+#define SHADOW_VEC4S 60
+#define SHADOW_LAYERS                                                                              \
+    4 /* that one pass writes; each holds three slices, and the next one's first */
+
+/* What fp32 may leave of equal depths, which are between -1 and 1: eight roundings of 2^-24 each in
+ * two sums of four products. */
+#define SHADOW_ROUNDING 1.0e-6
+
+/* By what angle a solid's normal, interpolated between voxels, may be off that of its surface. */
+#define SHADOW_NORMALS 0.25
+
+#define BINDING_SHADOW_PLANES 22 /* sampler2DArray: a layer a light */
+#define BINDING_SHADOW_DEPTHS                                                                      \
+    23 /* sampler2DArray: the layers of one light after those of another */
+#define BINDING_SHADOW_RANGES 30 /* sampler2DArray: a layer a light */
 
 #define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
 #define COUNT_SLOTS   64

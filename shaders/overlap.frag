@@ -115,6 +115,11 @@ void main() {
     Slot s[SLOTS];
 #define BEGIN(k) s[k] = slot_for(k, p);
     EACH_SLOT(BEGIN)
+#if (VARIANT & FLAGS_PLACE) != 0
+    /* Light is asked for in the first slot's space, by the ray parameter. */
+    place_in = s[0].origin;
+    place_on = s[0].d;
+#endif
 
     int entry = starts > 0 ? 0 : first;
     int visit = 0;
@@ -154,8 +159,8 @@ void main() {
     vec3 n = world_normal(s[k].normal * (gradient * frame[k * FRAME_VEC4S + FRAME_SIZE].xyz),      \
                           k * FRAME_VEC4S);                                                        \
     n *= inversesqrt(max(dot(n, n), 1.0e-37));                                                     \
-    vec3 shaded = lit(m.rgb / max(m.a, 1.0e-30), n, v, g / (g + 0.01),                             \
-                      frame[k * FRAME_VEC4S + FRAME_MATERIAL].xy) *                                \
+    vec3 shaded = lit_by(m.rgb / max(m.a, 1.0e-30), n, n, v, g / (g + 0.01),                       \
+                         frame[k * FRAME_VEC4S + FRAME_MATERIAL].xy, place_at(at)) *               \
                   m.a;                                                                             \
     m.rgb = (slot[k].z & SLOT_LIT) != 0u ? shaded : m.rgb;
 #elif (VARIANT & FLAG_AMBIENT) != 0

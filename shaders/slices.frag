@@ -44,6 +44,11 @@ void main() {
 #elif (VARIANT & FLAG_HOMOGENEOUS) == 0
     Way way = Way(uvw, vec3(0.0), mat3(0.0));
 #endif
+#if (VARIANT & FLAGS_PLACE) != 0
+    /* Light is that of the plane, as all else is. */
+    place_in = ray_origin(p) + (1.0 / gl_FragCoord.z - 2.0) / frame[FRAME_O0].w * ray_direction(p);
+    place_on = vec3(0.0);
+#endif
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float tau = frame[FRAME_CONSTANT].w * span;
     picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
@@ -57,6 +62,6 @@ void main() {
     vec3 q = way_at(way, 0.0);
     if (texture(solid, q).a < 0.5)
         discard;
-    picture = vec4(shade_solid(q, way_to_world(way), v, false, vec3(0.0)), OPAQUE_DEPTH);
+    picture = vec4(shade_solid(q, 0.0, way_to_world(way), v, false, vec3(0.0)), OPAQUE_DEPTH);
 #endif
 }

@@ -42,9 +42,14 @@ flat in uint cell;
 flat in vec2 slab; /* where it begins and ends: depths, the shell's centre being at 0 */
 #endif
 
+#ifdef CASTER
+#include "common_shadow.glsl"
+#include "common_caster.glsl"
+#else
 /* rgb: radiance, premultiplied; a: optical depth. */
 layout(location = 0, index = 0) out vec4 picture;
-#if (VARIANT & FLAG_SOLID) == 0
+#endif
+#if (VARIANT & FLAG_SOLID) == 0 && !defined(CASTER)
 layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
 #endif
 
@@ -150,7 +155,7 @@ void main() {
     Tetra tetra = fetch_tetra();
     Hits hits = meet_tetra(tetra, sample_position_real());
     REAL begin = hits.h_in, end = hits.h_out;
-#if defined(SLABS) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID)) != 0
+#if defined(SLABS) || defined(CASTER) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID | FLAGS_PLACE)) != 0
     REAL t0 = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, tetra.v0) + frame[FRAME_OU].w; /* of v0 */
 #endif
 #if (VARIANT & FLAG_EYE_INSIDE) != 0
@@ -181,7 +186,11 @@ void main() {
     slab_rate = frame[FRAME_STEP].x / along;
 #endif
 
-#if (VARIANT & FLAG_HOMOGENEOUS) != 0
+#ifdef RANGE
+    range = vec4(float(t0 + begin), -float(t0 + end), 0.0, 0.0);
+#elif defined(CASTER) && (VARIANT & FLAG_HOMOGENEOUS) != 0
+    deposit(span, float(t0 + begin), float(end - begin));
+#elif (VARIANT & FLAG_HOMOGENEOUS) != 0
     float tau = frame[FRAME_CONSTANT].w * span;
     picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
     through = vec4(exp(-tau));
@@ -218,7 +227,13 @@ void main() {
     Way way = Way(at_in, at_out - at_in, to_world);
 #endif
 
-#if (VARIANT & FLAG_MEDIUM) != 0
+#if (VARIANT & FLAGS_PLACE) != 0
+    place_in = ray_origin(p) + float(t0 + begin) * ray_direction(p);
+    place_on = float(end - begin) * ray_direction(p);
+#endif
+#if defined(CASTER) && (VARIANT & FLAG_MEDIUM) != 0
+    deposit(way, span, float(t0 + begin), float(end - begin));
+#elif (VARIANT & FLAG_MEDIUM) != 0
     Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
     march(ray, way, span, v);
     picture = vec4(ray.color, ray.tau);
@@ -240,7 +255,15 @@ void main() {
     b = lambda_0 == least ? tetra.e3 - tetra.e1 : b;
     vec3 cut = world_normal(cross(a, b));
     vec3 q = way_at(way, where);
-    picture = vec4(shade_solid(q, way_to_world(way), v, where == 0.0, cut), OPAQUE_DEPTH);
+#ifdef CASTER
+    vec3 n = vec3(0.0);
+#if (VARIANT & FLAG_LIT) != 0
+    n = way_to_world(way) * texture(solid_gradient, q).xyz;
+#endif
+    plane = vec4(float(t0 + begin + (end - begin) * where), shadow_slopes(1, n), 0.0);
+#else
+    picture = vec4(shade_solid(q, where, way_to_world(way), v, where == 0.0, cut), OPAQUE_DEPTH);
+#endif
     gl_FragDepth = float(DEPTH_OF_T(t0 + begin + (end - begin) * where, frame[FRAME_O0].w));
 #endif
 #endif

@@ -197,6 +197,10 @@ void main() {
 #endif
         bool finished = found || at_base || leaves_by_base;
 #else
+#if (VARIANT & FLAGS_PLACE) != 0
+        place_in = vec3(origin + (t_in + near) * d);
+        place_on = vec3((t_end - t_in) * d);
+#endif
         march(ray, way, span, v);
         bool finished = t_out >= t_stop - near || at_base || leaves_by_base ||
                         ray.left < frame[FRAME_SCREEN].z;
@@ -217,7 +221,10 @@ void main() {
     complete = complete && whole;
     if (!found && complete)
         discard;
-    picture = vec4(shade_solid(q_found, to_world_found, v, at_boundary, cut), OPAQUE_DEPTH);
+#if (VARIANT & FLAGS_PLACE) != 0
+    place_in = vec3(origin + t * d);
+#endif
+    picture = vec4(shade_solid(q_found, 0.0, to_world_found, v, at_boundary, cut), OPAQUE_DEPTH);
     gl_FragDepth = float(DEPTH_OF_T(t, frame[FRAME_O0].w));
 #else
     picture = vec4(ray.color, ray.tau);

@@ -5,10 +5,12 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
 #include "renderer/path/resident.h"
+#include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
 #include "renderer/shell/precision.h"
 
@@ -25,6 +27,7 @@ struct device_shell {
 struct cell_pass {
     enum gl_program_id program;
     struct prism_maps *maps; /* not its own */
+    int slices[3];
     struct resident_cache shells;
     GLuint vertex_array, vertices, slabs, elements, frame_buffer;
     GLint texels_max;
@@ -199,6 +202,18 @@ void cell_pass_destroy(struct cell_pass *pass) {
     free(pass);
 }
 
+void cell_pass_cast(struct cell_pass *pass, enum gl_program_id program, const int slices[3]) {
+    pass->program = program;
+    memcpy(pass->slices, slices, sizeof pass->slices);
+}
+
+/* Of what the program knows; only the surface of a solid throws by its normal. */
+static uint32_t variant_of(const struct cell_pass *pass, const struct path_object *object,
+                           const struct picture *picture, bool solid) {
+    uint32_t flags = variant_in_picture(object, picture, solid) & gl_program_flags(pass->program);
+    return pass->program == GL_PROGRAM_CASTER && !solid ? flags & ~(uint32_t)FLAG_LIT : flags;
+}
+
 void cell_pass_begin_picture(struct cell_pass *pass) {
     resident_begin_picture(&pass->shells);
 }
@@ -261,12 +276,12 @@ enum status cell_pass_prepare(struct cell_pass *pass, const struct path_object *
     GLuint program;
     if (status == STATUS_OK && volume_has_medium(object->volume) && !object->walk)
         status = gl_programs_get(picture->programs, pass->program,
-                                 variant_in_picture(object, picture, false), &program,
-                                 &picture->cold, err);
+                                 variant_of(pass, object, picture, false), &program, &picture->cold,
+                                 err);
     if (status == STATUS_OK && volume_has_solid(object->volume))
-        status = gl_programs_get(picture->programs, pass->program,
-                                 variant_in_picture(object, picture, true), &program,
-                                 &picture->cold, err);
+        status =
+            gl_programs_get(picture->programs, pass->program,
+                            variant_of(pass, object, picture, true), &program, &picture->cold, err);
     return status;
 }
 
@@ -335,7 +350,7 @@ enum status cell_pass_draw(struct cell_pass *pass, struct picture *picture,
         if (run->object != bound) {
             GLuint program;
             status = gl_programs_get(picture->programs, pass->program,
-                                     variant_in_picture(object, picture, solid), &program,
+                                     variant_of(pass, object, picture, solid), &program,
                                      &picture->cold, err);
             if (status != STATUS_OK)
                 break;
@@ -346,7 +361,10 @@ enum status cell_pass_draw(struct cell_pass *pass, struct picture *picture,
             if (slabs)
                 frame_set_spacing(&frame, outlines->spacing);
             frame_bind(&frame, &pass->frame_buffer);
+            shadow_bind(picture, &object->projection.view, object);
             glUseProgram(program);
+            if (pass->program == GL_PROGRAM_CASTER && !solid)
+                glProgramUniform3iv(program, 0, 1, pass->slices);
             const struct device_shell *device = resident_find(&pass->shells, object->shell->serial);
             glBindTextureUnit(BINDING_CELLS, device->texture);
             glBindTextureUnit(BINDING_CELLS_LOW, device->low_texture);

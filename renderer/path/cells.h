@@ -54,6 +54,12 @@ struct cell_pass; /* device copies of shells; a context must be current in all o
 struct cell_pass *cell_pass_create(enum gl_program_id program, struct prism_maps *maps);
 void cell_pass_destroy(struct cell_pass *pass); /* takes NULL */
 
+/* From now on draws by GL_PROGRAM_CASTER or GL_PROGRAM_CASTER_RANGE, into a light's view; `slices`:
+ * the uniform of that name (shaders/common_caster.glsl), read when drawing. Instead of
+ * GL_PROGRAM_TETRA.
+ */
+void cell_pass_cast(struct cell_pass *pass, enum gl_program_id program, const int slices[3]);
+
 void cell_pass_begin_picture(struct cell_pass *pass);
 
 /* Brings an object's shell to the device and compiles what it is drawn with, so that drawing only

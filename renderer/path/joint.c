@@ -6,6 +6,7 @@
 
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
+#include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
 
 enum { CELL_BYTES = WALK_TEXELS * 16, LINK_BYTES = 16, MAP_BYTES = MAP_TEXELS * 16 };
@@ -27,7 +28,7 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
     flags |= (more & 1 ? FLAG_SLOTS_1 : 0) | (more & 2 ? FLAG_SLOTS_2 : 0);
     for (uint32_t i = 0; i < joint->shell_count; i++)
         flags |= variant_of_shell(joint->shell[i].object, picture->lights.count, false, false) &
-                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT);
+                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAGS_PLACE);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
     return flags | (any_exact(joint) ? FLAG_EXACT : 0);
@@ -156,6 +157,7 @@ static enum status bind_frames(struct joint *joint, struct picture *picture, flo
         }
     }
     limit[1] = isinf(limit[1]) ? 0 : limit[1];
+    shadow_bind(picture, &joint->shell[0].object->projection.view, joint->shell[0].object);
     if (!joint->frames)
         glCreateBuffers(1, &joint->frames);
     glNamedBufferData(joint->frames, (GLsizeiptr)(slot * sizeof *frames), frames, GL_STREAM_DRAW);

@@ -47,9 +47,13 @@ struct path_object {
     bool fp64;                        /* rays meet its cells in doubles (shell/precision.h) */
     bool exact; /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
+    uint32_t shadow; /* FLAGS_PLACE that its lit draws need */
+
     bool every_plane; /* for measuring alone: planes look at every prism */
     uint32_t forced;  /* FLAG_* put in for measuring alone (renderer/force.h), else 0 */
 };
+
+struct shadow_maps;
 
 /* Everything that the passes of one picture share. */
 struct picture {
@@ -58,6 +62,7 @@ struct picture {
         *target; /* the sample grid: fp32 colour, and depth where something is opaque */
     struct view world;
     struct light_set lights;
+    const struct shadow_maps *shadows; /* NULL: no light throws any (renderer/path/shadow.h) */
     struct path_object *objects;
     size_t object_count;
     bool occluded; /* something opaque is drawn before the media */

@@ -6,6 +6,7 @@
 
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
+#include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
 
 /* What the CPU has worked out of a corner, in full. */
@@ -375,6 +376,7 @@ enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *table
             frame_set_shell(&frame, object);
             frame.v[FRAME_STEP][0] = 0; /* one step from plane to plane */
             frame_bind(&frame, &pass->frame_buffer);
+            shadow_bind(picture, &object->projection.view, object);
             glUseProgram(program);
             if (!solid)
                 glProgramUniform1f(program, 0, (float)spacing);

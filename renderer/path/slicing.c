@@ -29,7 +29,7 @@
  * Methods `software`, `hybrid`, `hardware`: the paper's own, polygons.h; here they share the
  * planes, the lists of what a plane meets, and the alternation.
  *
- * Left out here: filtering, shadow. */
+ * Left out here: filtering. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -9,6 +9,7 @@
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
 #include "renderer/path/resident.h"
+#include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
 
 enum { DEVICE_BYTES_MAX = 256 << 20 };
@@ -240,6 +241,31 @@ enum status surface_pass_upload(struct surface_pass *pass, struct picture *pictu
     return status;
 }
 
+enum status surface_pass_cast(struct surface_pass *pass, struct picture *picture,
+                              struct error *err) {
+    enum status status = STATUS_OK;
+    for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
+        const struct path_object *object = &picture->objects[i];
+        if (!surface_wanted(object->object))
+            continue;
+        GLuint program;
+        status = gl_programs_get(picture->programs, GL_PROGRAM_CASTER_SURFACE, 0, &program,
+                                 &picture->cold, err);
+        if (status != STATUS_OK)
+            break;
+        const struct device_mesh *device = resident_find(&pass->meshes, object->mesh->serial);
+        struct frame frame;
+        frame_clear(&frame);
+        frame_set_view(&frame, picture, &object->mesh_view, object);
+        frame_bind(&frame, &pass->frame_buffer);
+        glBindVertexArray(device->vertex_array);
+        glUseProgram(program);
+        glDrawArrays(GL_TRIANGLES, 0, (GLsizei)(3 * object->mesh->triangle_count));
+        picture->report->work.draws++;
+    }
+    return status == STATUS_OK ? gl_check("drawing surfaces for shadows", err) : status;
+}
+
 static GLuint white(struct surface_pass *pass) {
     if (!pass->white)
         pass->white = make_texture(&(struct mesh_image){1, 1, (uint8_t[4]){255, 255, 255, 255}});
@@ -264,6 +290,7 @@ enum status surface_pass_draw(struct surface_pass *pass, struct picture *picture
         struct frame frame;
         frame_clear(&frame);
         frame_set_view(&frame, picture, &object->mesh_view, object);
+        shadow_bind(picture, &object->mesh_view, object);
         for (uint32_t b = 0; b < device->batch_count && status == STATUS_OK; b++) {
             const struct batch *batch = &device->batches[b];
             if (batch->count == 0)

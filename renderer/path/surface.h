@@ -22,4 +22,9 @@ enum status surface_pass_upload(struct surface_pass *pass, struct picture *pictu
 enum status surface_pass_draw(struct surface_pass *pass, struct picture *picture,
                               struct error *err);
 
+/* Draws what they throw of shadows into a light's view: shaders/caster_surface.frag. After
+ * surface_pass_upload(); depth test and target are the caller's. */
+enum status surface_pass_cast(struct surface_pass *pass, struct picture *picture,
+                              struct error *err);
+
 #endif

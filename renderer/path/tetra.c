@@ -6,7 +6,7 @@
  *
  * Wherever that is possible, rays walk instead (walk.h).
  *
- * Left out here: filtering and shadow. */
+ * Left out here: filtering. */
 #include <math.h>
 #include <stdlib.h>
 

@@ -27,7 +27,8 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
     if (object->exact)
         flags |= FLAG_EXACT;
     if (variant_needs_normals(object, lights))
-        flags |= FLAG_LIT | (volume->specular > 0 ? FLAG_SPECULAR : object->forced & FLAG_SPECULAR);
+        flags |= FLAG_LIT | object->shadow |
+                 (volume->specular > 0 ? FLAG_SPECULAR : object->forced & FLAG_SPECULAR);
     else if (is_lit(volume))
         flags |= FLAG_AMBIENT;
     return flags;
@@ -40,6 +41,6 @@ uint32_t variant_in_picture(const struct path_object *object, const struct pictu
 
 uint32_t variant_of_surface(const struct path_object *object, int lights, bool textured) {
     bool lit = lights > 0 || (object->forced & FLAG_LIT);
-    return (lit ? FLAG_LIT : FLAG_AMBIENT) |
+    return (lit ? FLAG_LIT | object->shadow : FLAG_AMBIENT) |
            (textured ? FLAG_TEXTURED : object->forced & FLAG_TEXTURED);
 }

@@ -11,6 +11,7 @@
 #include "renderer/path/frame.h"
 #include "renderer/path/joint.h"
 #include "renderer/path/resident.h"
+#include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
 #include "renderer/shell/overlap.h"
 
@@ -433,6 +434,7 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     frame_set_view(&frame, picture, &object->projection.view, object);
     frame_set_shell(&frame, object);
     frame_bind(&frame, &pass->frame_buffer);
+    shadow_bind(picture, &object->projection.view, object);
     const struct device_walk *device = resident_find(&pass->shells, object->shell->serial);
     glUseProgram(program);
     /* A ray meets a cell once; past that many visits something is wrong. */

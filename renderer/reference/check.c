@@ -7,13 +7,6 @@
 enum status reference_check(const struct scene *scene, struct error *err) {
     enum status status = STATUS_OK;
     char pointer[64];
-    for (size_t k = 0; k < scene->light_count; k++) {
-        if (!scene->lights[k].shadow)
-            continue;
-        snprintf(pointer, sizeof pointer, "/lights/%zu/shadow", k);
-        status = error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
-                             "the reference does not draw shadows");
-    }
     for (size_t i = 0; i < scene->object_count; i++) {
         if (scene->objects[i].kind != SCENE_OBJECT_SKELETON)
             continue;

@@ -79,26 +79,30 @@ static void add_constant(const struct active *active, struct sample *sample) {
         sample->j[i] += sigma * active->volume->radiance[i];
 }
 
-static void add_voxels(const struct integral *integral, const struct active *active, double t,
-                       struct sample *sample) {
+/* `incident` is found when the first lit medium asks; then *known. False where it cannot be. */
+static bool add_voxels(const struct integral *integral, const struct active *active, double t,
+                       struct reference_incident *incident, bool *known, struct sample *sample) {
     const struct volume *volume = active->volume;
     const struct prism_ray *prism = active->prism;
     double at[3], b[3], value[4], w = prism_w(prism, &active->cell->span, t);
     if (!voxels_place(prism, t, w, at, b))
-        return;
+        return true;
     voxels_value(&active->voxels, at, value);
     if (!(value[3] > 0))
-        return;
+        return true;
     double source[3];
     if (volume->lit) {
         double gradient[3], normal[3] = {0, 0, 0}, color[3];
+        if (!*known && !tracer_incident(integral->tracer, t, &(struct origin){NULL}, incident))
+            return false;
+        *known = true;
         voxels_gradient(&active->voxels, at, gradient);
         double g = sqrt(dot3(gradient, gradient));
         if (!voxels_normal(volume, prism, b, w, gradient, normal))
             g = 0;
         for (int i = 0; i < 3; i++)
             color[i] = value[i] / value[3];
-        reference_light(&integral->tracer->world->lights, color, normal, integral->view,
+        reference_light(&integral->tracer->world->lights, incident, color, normal, integral->view,
                         g / (g + 0.01), (double)volume->specular, (double)volume->shininess,
                         source);
     } else {
@@ -109,16 +113,20 @@ static void add_voxels(const struct integral *integral, const struct active *act
     sample->sigma += sigma;
     for (int i = 0; i < 3; i++)
         sample->j[i] += sigma * source[i];
+    return true;
 }
 
+/* Where light cannot be found the sample is dark, and tracer->status tells. */
 static void sample_at(const struct integral *integral, double t, struct sample *sample) {
     struct tracer *tracer = integral->tracer;
+    struct reference_incident incident;
+    bool known = false;
     memset(sample, 0, sizeof *sample);
     for (size_t k = 0; k < tracer->active_count; k++) {
         if (tracer->active[k].volume->homogeneous)
             add_constant(&tracer->active[k], sample);
-        else
-            add_voxels(integral, &tracer->active[k], t, sample);
+        else if (!add_voxels(integral, &tracer->active[k], t, &incident, &known, sample))
+            break;
     }
     tracer->evaluations++;
 }
@@ -260,7 +268,7 @@ bool tracer_integrate(struct tracer *tracer, double t_eye, double t_end, const d
     size_t next = 0;
     double t = t_eye;
     tracer->active_count = 0;
-    while (sum.transmittance > OPAQUE && t < t_end) {
+    while (sum.transmittance > OPAQUE && t < t_end && tracer->status == STATUS_OK) {
         retire(tracer, t);
         while (next < tracer->cell_count && tracer->cells[next].span.t[0] <= t) {
             const struct cell *cell = &tracer->cells[next++];
@@ -287,5 +295,5 @@ bool tracer_integrate(struct tracer *tracer, double t_eye, double t_end, const d
     }
     memcpy(radiance, sum.radiance, sizeof sum.radiance);
     *transmittance = sum.transmittance;
-    return true;
+    return tracer->status == STATUS_OK;
 }

@@ -13,19 +13,43 @@ void reference_lights_init(const struct scene *scene, struct reference_lights *l
         for (int i = 0; i < 3; i++) {
             lights->toward[k][i] = -scene->lights[k].direction[i];
             lights->color[k][i] = scene->lights[k].color[i];
-            lights->even[i] += scene->lights[k].color[i] / 4;
+            lights->shadow[k] |= scene->lights[k].shadow && scene->lights[k].color[i] > 0;
         }
         unit3(lights->toward[k]);
+        lights->point[k] = scene->lights[k].point;
+        memcpy(lights->position[k], scene->lights[k].position, sizeof lights->position[k]);
+        lights->radius[k] = scene->lights[k].radius;
+        lights->any_shadow |= lights->shadow[k];
         lights->count++;
     }
 }
 
-void reference_light(const struct reference_lights *lights, const double color[3],
+void reference_unshadowed(const struct reference_lights *lights, const double at[3],
+                          const double center[3], struct reference_incident *incident) {
+    memcpy(incident->color, lights->color, sizeof incident->color);
+    memcpy(incident->toward, lights->toward, sizeof incident->toward);
+    for (int k = 0; k < lights->count; k++) {
+        incident->distance[k] = INFINITY;
+        if (!lights->point[k])
+            continue;
+        double *to = incident->toward[k];
+        for (int i = 0; i < 3; i++)
+            to[i] = lights->position[k][i] - center[i] - at[i];
+        double distance = sqrt(dot3(to, to)), least = fmax(distance, lights->radius[k]);
+        incident->distance[k] = distance;
+        unit3(to);
+        for (int i = 0; i < 3; i++)
+            incident->color[k][i] /= least * least;
+    }
+}
+
+void reference_light(const struct reference_lights *lights,
+                     const struct reference_incident *incident, const double color[3],
                      const double n[3], const double v[3], double weight, double specular,
                      double shininess, double out[3]) {
-    double diffuse[3] = {0, 0, 0}, gloss[3] = {0, 0, 0};
+    double diffuse[3] = {0, 0, 0}, gloss[3] = {0, 0, 0}, even[3] = {0, 0, 0};
     for (int k = 0; k < lights->count; k++) {
-        const double *l = lights->toward[k], *radiance = lights->color[k];
+        const double *l = incident->toward[k], *radiance = incident->color[k];
         double cosine = fmax(0, dot3(n, l));
         double h[3] = {l[0] + v[0], l[1] + v[1], l[2] + v[2]};
         double highlight = 0;
@@ -37,10 +61,10 @@ void reference_light(const struct reference_lights *lights, const double color[3
         for (int i = 0; i < 3; i++) {
             diffuse[i] += radiance[i] * cosine;
             gloss[i] += radiance[i] * highlight;
+            even[i] += radiance[i] / 4;
         }
     }
     for (int i = 0; i < 3; i++)
-        out[i] =
-            color[i] * (lights->ambient[i] + weight * diffuse[i] + (1 - weight) * lights->even[i]) +
-            weight * specular * gloss[i];
+        out[i] = color[i] * (lights->ambient[i] + weight * diffuse[i] + (1 - weight) * even[i]) +
+                 weight * specular * gloss[i];
 }

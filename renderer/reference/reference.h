@@ -33,8 +33,8 @@ struct reference;
 enum status reference_check(const struct scene *scene, struct error *err);
 
 /* Acquires and prepares everything that `scene` names; the scene must outlive the reference. The
- * objects' `path` and `quality` are without effect. STATUS_NOT_IMPLEMENTED for skeletons and
- * shadows, with pointers; whatever mesh_acquire() and volume_acquire() return;
+ * objects' `path` and `quality` are without effect. STATUS_NOT_IMPLEMENTED for skeletons,
+ * with pointers; whatever mesh_acquire() and volume_acquire() return;
  * STATUS_OUT_OF_MEMORY. Thread: the caches' own. Blocks while assets are decoded. `*reference` is
  * NULL on failure. */
 enum status reference_create(const struct scene *scene, const struct reference_sources *sources,

@@ -22,6 +22,12 @@ static const double FIT = 1e-7;
 /* Where s is only this far below 1/2 it is taken for a surface: the rounding of voxels in fp32. */
 static const double TOUCH = 1e-9;
 
+/* s at a point that was closed in on (1e-14, or 1e-6 of a cell where the interpolant is believed)
+ * and has since been through another ray's parameter. */
+static const double ON_SURFACE = 1e-6;
+
+static const double PI = 3.14159265358979323846;
+
 struct search {
     const struct prism_ray *prism;
     const struct prism_interval *span;
@@ -106,10 +112,9 @@ static double close_in(struct search *search, double low, double high) {
 }
 
 static double search_interval(struct search *search, double a, double b, int fits) {
-    static const double pi = 3.14159265358979323846;
     double point[DEGREE + 1], value[DEGREE + 1], bernstein[DEGREE + 1];
     for (int k = 0; k <= DEGREE; k++) {
-        point[k] = (1 - cos(pi * k / DEGREE)) / 2;
+        point[k] = (1 - cos(PI * k / DEGREE)) / 2;
         value[k] = solid_at(search, a + (b - a) * point[k]);
     }
     bernstein_through(point, value, bernstein);
@@ -139,21 +144,21 @@ static double search_interval(struct search *search, double a, double b, int fit
     return t;
 }
 
-static void stop_at(struct tracer *tracer, const struct cell *cell, struct search *search, double t,
+static bool stop_at(struct tracer *tracer, const struct cell *cell, struct search *search, double t,
                     bool cut, const double view[3], struct stop *stop) {
     const struct prism_ray *prism = search->prism;
     const struct volume *volume = prism->object->volume;
     double at[3], b[3], value[4], color[3], normal[3];
     double w = prism_w(prism, &cell->span, t);
     if (!voxels_place(prism, t, w, at, b))
-        return;
+        return true;
     voxels_value(&search->voxels, at, value);
     for (int i = 0; i < 3; i++)
         color[i] = value[3] > 0 ? value[i] / value[3] : 0;
     stop->t = t;
     memcpy(stop->color, color, sizeof color);
     if (!volume->lit)
-        return;
+        return true;
     double gradient[3];
     voxels_load(volume, true, true, cell->x, cell->y, cell->z, &search->voxels);
     voxels_gradient(&search->voxels, at, gradient);
@@ -171,31 +176,89 @@ static void stop_at(struct tracer *tracer, const struct cell *cell, struct searc
     }
     if (!known)
         memset(normal, 0, sizeof normal);
-    reference_light(&tracer->world->lights, color, normal, view, 1, (double)volume->specular,
-                    (double)volume->shininess, stop->color);
+    struct reference_incident incident;
+    struct origin origin = {.object = prism->object, .solid = true};
+    if (!tracer_incident(tracer, t, &origin, &incident))
+        return false;
+    reference_light(&tracer->world->lights, &incident, color, normal, view, 1,
+                    (double)volume->specular, (double)volume->shininess, stop->color);
+    return true;
 }
 
-void tracer_find_solid(struct tracer *tracer, const double view[3], struct stop *stop) {
+/* Whether any corner of the cell reaches 1/2; loads its voxels. */
+static bool may_be_solid(const struct cell *cell, struct search *search) {
+    const struct volume *volume = search->prism->object->volume;
+    if (!volume->solid)
+        return false;
+    voxels_load(volume, true, false, cell->x, cell->y, cell->z, &search->voxels);
+    double most = 0;
+    for (int c = 0; c < 8; c++)
+        most = fmax(most, search->voxels.value[c][3]);
+    return most >= 0.5;
+}
+
+/* From a point where s is 1/2: whether the ray goes into the solid there, or comes upon it again
+ * within [a, b]. s - 1/2 = x q(x), x in [0, 1]; where b_i are the coefficients of the left side in
+ * Bernstein form, b_0 = 0, those of q are b_(i+1) n / (i + 1), and what is asked is whether q
+ * reaches 0: so the root that the ray begins at is divided out, not stepped over. */
+static bool meets_again(struct search *search, double a, double b) {
+    double point[DEGREE + 1], value[DEGREE + 1], bernstein[DEGREE + 1], rest[DEGREE + 1];
+    for (int k = 0; k <= DEGREE; k++) {
+        point[k] = (1 - cos(PI * k / DEGREE)) / 2;
+        value[k] = k == 0 ? 0 : solid_at(search, a + (b - a) * point[k]) - 0.5;
+    }
+    bernstein_through(point, value, bernstein);
+    /* As a polynomial of the same degree that reaches 1/2 where q reaches 0. */
+    double q[DEGREE];
+    for (int i = 0; i < DEGREE; i++)
+        q[i] = bernstein[i + 1] * DEGREE / (i + 1);
+    for (int i = 0; i <= DEGREE; i++)
+        rest[i] = 0.5 + (i == 0        ? q[0]
+                         : i == DEGREE ? q[DEGREE - 1]
+                                       : ((double)i * q[i - 1] + (DEGREE - i) * q[i]) / DEGREE);
+    return isfinite(first_root(rest, 0, 1, 0));
+}
+
+bool tracer_meets_solid(struct tracer *tracer, double t_from, const struct origin *origin) {
     for (size_t k = 0; k < tracer->cell_count; k++) {
         const struct cell *cell = &tracer->cells[k];
         const struct segment *segment = &tracer->segments[cell->segment];
         struct search search = {.prism = &tracer->prisms[segment->prism], .span = &cell->span};
-        const struct volume *volume = search.prism->object->volume;
+        const struct object_ray *ray = search.prism->ray;
+        double a = cell->span.t[0], b = cell->span.t[1];
+        /* What a point on a surface has around it by rounding alone. */
+        double rounding = 1e-13 * (fabs(t_from) + search.prism->object->radius / ray->speed);
+        bool own =
+            origin->solid && origin->object == search.prism->object && a <= t_from + rounding;
+        if ((own && b - a <= rounding) || !may_be_solid(cell, &search))
+            continue;
+        double s = solid_at(&search, a);
+        bool meets = own && fabs(s - 0.5) <= ON_SURFACE
+                         ? meets_again(&search, a, b)
+                         : s >= 0.5 || isfinite(search_interval(&search, a, b, 0));
+        tracer->evaluations += search.evaluations;
+        if (meets)
+            return true;
+    }
+    return false;
+}
+
+bool tracer_find_solid(struct tracer *tracer, const double view[3], struct stop *stop) {
+    for (size_t k = 0; k < tracer->cell_count; k++) {
+        const struct cell *cell = &tracer->cells[k];
+        const struct segment *segment = &tracer->segments[cell->segment];
+        struct search search = {.prism = &tracer->prisms[segment->prism], .span = &cell->span};
         if (cell->span.t[0] >= stop->t)
             break; /* sorted: the rest is behind */
-        if (!volume->solid)
-            continue;
-        voxels_load(volume, true, false, cell->x, cell->y, cell->z, &search.voxels);
-        double most = 0;
-        for (int c = 0; c < 8; c++)
-            most = fmax(most, search.voxels.value[c][3]);
-        if (most < 0.5)
+        if (!may_be_solid(cell, &search))
             continue;
         double begin = cell->span.t[0];
         bool already = solid_at(&search, begin) >= 0.5;
         double t = already ? begin : search_interval(&search, begin, cell->span.t[1], 0);
-        if (t < stop->t)
-            stop_at(tracer, cell, &search, t, already && begin == segment->span.t[0], view, stop);
         tracer->evaluations += search.evaluations;
+        if (t < stop->t &&
+            !stop_at(tracer, cell, &search, t, already && begin == segment->span.t[0], view, stop))
+            return false;
     }
+    return true;
 }

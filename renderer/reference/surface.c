@@ -17,11 +17,16 @@ struct nearest {
     double b[3];
     uint32_t triangle;
     bool found;
+    const struct origin *origin; /* NULL, or where a ray toward a light begins */
 };
 
 static bool meet(void *user, uint32_t index) {
     struct nearest *nearest = user;
     const struct object_ray *ray = nearest->ray;
+    /* Its own triangle a ray toward a light leaves at once, whatever rounding says. */
+    if (nearest->origin && nearest->origin->object == nearest->object && !nearest->origin->solid &&
+        nearest->origin->triangle == index)
+        return true;
     double q[3][2], along[3], b[3], sum = 0, t = 0;
     for (int k = 0; k < 3; k++) {
         const double *p = nearest->object->bottom[nearest->object->mesh->vertex[index][k]];
@@ -51,7 +56,26 @@ static bool meet(void *user, uint32_t index) {
     nearest->triangle = index;
     nearest->found = true;
     memcpy(nearest->b, b, sizeof b);
-    return true;
+    return !nearest->origin; /* any will do that hides a light */
+}
+
+bool tracer_meets_surface(struct tracer *tracer, double t_from, double t_to,
+                          const struct origin *origin) {
+    const struct world *world = tracer->world;
+    for (size_t i = 0; i < world->object_count; i++) {
+        const struct world_object *object = &world->objects[i];
+        if (!object->triangles)
+            continue;
+        struct nearest nearest = {.object = object,
+                                  .ray = &tracer->rays[i],
+                                  .t_eye = t_from,
+                                  .t = t_to,
+                                  .origin = origin};
+        if (!bvh_candidates(object->triangles, nearest.ray->o, nearest.ray->d, t_from, &nearest.t,
+                            meet, &nearest))
+            return true;
+    }
+    return false;
 }
 
 static double linear_from_srgb(uint8_t code) {
@@ -102,8 +126,9 @@ static void color_of(const struct nearest *hit, double color[3]) {
         color[i] *= texel[i];
 }
 
-/* The shading normal in the world, turned to the side from which the triangle is seen. */
-static void normal_of(const struct nearest *hit, double normal[3]) {
+/* The shading normal in the world, turned to the side from which the triangle is seen, and the
+ * triangle's own, likewise. */
+static void normals_of(const struct nearest *hit, double normal[3], double flat[3]) {
     const struct mesh *mesh = hit->object->mesh;
     const uint32_t *v = mesh->vertex[hit->triangle];
     double e1[3], e2[3], face[3], shading[3] = {0, 0, 0};
@@ -118,11 +143,16 @@ static void normal_of(const struct nearest *hit, double normal[3]) {
     unit3(shading);
     apply3(hit->object->world_from_gradient, shading, normal);
     unit3(normal);
-    for (int i = 0; i < 3; i++)
+    unit3(face);
+    apply3(hit->object->world_from_gradient, face, flat);
+    unit3(flat);
+    for (int i = 0; i < 3; i++) {
         normal[i] *= side;
+        flat[i] *= side;
+    }
 }
 
-void tracer_find_surface(struct tracer *tracer, double t_eye, const double view[3],
+bool tracer_find_surface(struct tracer *tracer, double t_eye, const double view[3],
                          struct stop *stop) {
     const struct world *world = tracer->world;
     struct nearest best = {.found = false};
@@ -141,9 +171,14 @@ void tracer_find_surface(struct tracer *tracer, double t_eye, const double view[
         }
     }
     if (!best.found)
-        return;
+        return true;
     double color[3], normal[3];
+    struct origin origin = {.object = best.object, .triangle = best.triangle};
+    struct reference_incident incident;
     color_of(&best, color);
-    normal_of(&best, normal);
-    reference_light(&world->lights, color, normal, view, 1, 0, 0, stop->color);
+    normals_of(&best, normal, origin.flat);
+    if (!tracer_incident(tracer, best.t, &origin, &incident))
+        return false;
+    reference_light(&world->lights, &incident, color, normal, view, 1, 0, 0, stop->color);
+    return true;
 }

@@ -11,10 +11,20 @@ bool tracer_init(struct tracer *tracer, const struct world *world, double tolera
     tracer->world = world;
     tracer->tolerance = tolerance;
     tracer->rays = calloc(world->object_count + 1, sizeof *tracer->rays);
-    return tracer->rays != NULL;
+    if (!tracer->rays || !world->lights.any_shadow)
+        return tracer->rays != NULL;
+    tracer->light = calloc(1, sizeof *tracer->light);
+    if (tracer->light) {
+        tracer->light->world = world;
+        tracer->light->rays = calloc(world->object_count + 1, sizeof *tracer->rays);
+    }
+    return tracer->light && tracer->light->rays;
 }
 
 void tracer_finish(struct tracer *tracer) {
+    if (tracer->light)
+        tracer_finish(tracer->light);
+    free(tracer->light);
     free(tracer->rays);
     free(tracer->prisms);
     free(tracer->segments);
@@ -98,7 +108,7 @@ static int compare_cells(const void *a, const void *b) {
     return (x->segment > y->segment) - (x->segment < y->segment);
 }
 
-static bool gather_cells(struct tracer *tracer, double t_eye, double t_end) {
+bool tracer_gather(struct tracer *tracer, double t_eye, double t_end) {
     const struct world *world = tracer->world;
     tracer->prism_count = tracer->segment_count = tracer->cell_count = 0;
     for (size_t i = 0; i < world->object_count; i++) {
@@ -120,18 +130,20 @@ static bool gather_cells(struct tracer *tracer, double t_eye, double t_end) {
 
 bool tracer_trace(struct tracer *tracer, double x, double y, double rgba[4]) {
     const struct world *world = tracer->world;
-    double o[3], d[3], t_eye;
-    world_ray(world, x, y, o, d, &t_eye);
-    const double view[3] = {-d[0], -d[1], -d[2]};
+    double t_eye;
+    world_ray(world, x, y, tracer->o, tracer->d, &t_eye);
+    const double view[3] = {-tracer->d[0], -tracer->d[1], -tracer->d[2]};
     for (size_t i = 0; i < world->object_count; i++)
-        object_ray_init(&world->objects[i], o, d, &tracer->rays[i]);
+        object_ray_init(&world->objects[i], tracer->o, tracer->d, &tracer->rays[i]);
 
     memcpy(rgba, world->background, 4 * sizeof *rgba);
     struct stop stop;
-    tracer_find_surface(tracer, t_eye, view, &stop);
-    if (!gather_cells(tracer, t_eye, stop.t))
+    if (!tracer_find_surface(tracer, t_eye, view, &stop))
         return false;
-    tracer_find_solid(tracer, view, &stop);
+    if (!tracer_gather(tracer, t_eye, stop.t))
+        return false;
+    if (!tracer_find_solid(tracer, view, &stop))
+        return false;
     double radiance[3], transmittance;
     if (!tracer_integrate(tracer, t_eye, stop.t, view, radiance, &transmittance))
         return false;

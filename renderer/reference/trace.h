@@ -25,7 +25,9 @@ struct tracer {
     double tolerance;
     enum status status; /* of the ray: STATUS_OUT_OF_MEMORY, STATUS_TOO_COMPLEX */
 
+    double o[3], d[3];       /* the ray, relative to the world's centre */
     struct object_ray *rays; /* one for each object */
+    struct tracer *light;    /* for rays toward lights; NULL: no light throws a shadow */
     struct prism_ray *prisms;
     size_t prism_count, prism_capacity;
     struct segment *segments;
@@ -53,6 +55,31 @@ bool tracer_trace(struct tracer *tracer, double x, double y, double rgba[4]);
 
 /* ---- parts ---- */
 
+/* Everything semi-transparent and solid on tracer->rays between t_eye and t_end: prisms, segments,
+ * and cells in order (trace.c). */
+bool tracer_gather(struct tracer *tracer, double t_eye, double t_end);
+
+/* What the point lies on, from which a ray toward a light begins. */
+struct origin {
+    const struct world_object *object; /* NULL: on nothing, within a medium */
+    uint32_t triangle;                 /* of the object's, unless */
+    bool solid;                        /* on a solid's surface */
+    double flat[3];                    /* else the triangle's normal, toward the viewer */
+};
+
+/* What of each light arrives at the point of the ray at `t` (shadow.c). False, and tracer->status,
+ * where memory ran out. */
+bool tracer_incident(struct tracer *tracer, double t, const struct origin *origin,
+                     struct reference_incident *incident);
+
+/* Whether a triangle other than the origin's lies between t_from and t_to (surface.c). */
+bool tracer_meets_surface(struct tracer *tracer, double t_from, double t_to,
+                          const struct origin *origin);
+
+/* Whether a solid does, the gathered cells being in order; a point on a solid's surface is the
+ * limit of points just outside (solid.c). */
+bool tracer_meets_solid(struct tracer *tracer, double t_from, const struct origin *origin);
+
 /* Splits a segment into cells (cells.c). */
 bool tracer_split(struct tracer *tracer, uint32_t segment);
 
@@ -62,12 +89,13 @@ struct stop {
     double color[3];
 };
 
-/* The nearest opaque triangle (surface.c). */
-void tracer_find_surface(struct tracer *tracer, double t_eye, const double view[3],
+/* The nearest opaque triangle (surface.c). False as above. */
+bool tracer_find_surface(struct tracer *tracer, double t_eye, const double view[3],
                          struct stop *stop);
 
-/* The first solid surface, if it is nearer than the stop (solid.c). Cells are sorted. */
-void tracer_find_solid(struct tracer *tracer, const double view[3], struct stop *stop);
+/* The first solid surface, if it is nearer than the stop (solid.c). Cells are sorted. False
+ * as above. */
+bool tracer_find_solid(struct tracer *tracer, const double view[3], struct stop *stop);
 
 /* The emission-absorption integral from t_eye to t_end over all cells (integrate.c): radiance, and
  * the transmittance that is left. Cells are sorted. */

@@ -169,8 +169,8 @@ class Cli(unittest.TestCase):
         self.assertIn(b"standard output", run.stderr)
 
     def test_what_this_version_cannot_draw(self):
-        scene = self.scene("s.json", dict(LEAST, lights=[{"shadow": True}]))
-        self.refused(5, "/lights/0/shadow: ", "render", scene, "-o", self.path("a.png"))
+        scene = self.scene("s.json", {"objects": [{"skeleton": {"builtin": "elm"}}]})
+        self.refused(5, "/objects/0/skeleton: ", "render", scene, "-o", self.path("a.png"))
         self.assertEqual(pelt("validate", scene).returncode, 0)
         self.assertEqual(pelt("validate", "--drawable", scene).returncode, 5)
 

@@ -287,7 +287,7 @@ def test_methods_and_names():
 
 def test_what_is_refused():
     with Daemon("--workers", "1") as daemon:
-        shadow = scene(lights=[{"shadow": True}], objects=[{"skeleton": {"builtin": "elm"}}])
+        later = scene(objects=[{"skeleton": {"builtin": "elm"}}, {"skeleton": {"builtin": "pine"}}])
         for document, status, slug, pointers in [
                 ("", 400, "bad-json", [""]), ("{", 400, "bad-json", None),
                 ({"image": {"width": 0}, "objects": [SHELL], "x": 1}, 422, "invalid-scene",
@@ -295,7 +295,8 @@ def test_what_is_refused():
                 (scene(side=8192, samples=256), 422, "too-complex", None),
                 (scene(objects=[{"mesh": {"asset": "none.glb"}}]), 422, "asset-not-found",
                  ["/objects/0/mesh/asset"]),
-                (shadow, 501, "not-implemented", ["/lights/0/shadow", "/objects/0/skeleton"])]:
+                (later, 501, "not-implemented",
+                 ["/objects/0/skeleton", "/objects/1/skeleton"])]:
             reply = post(daemon, document)
             assert (reply.status, reply.slug()) == (status, slug), (document, reply.body)
             if pointers is not None:

@@ -15,7 +15,7 @@ except ImportError as missing:
 
 from harness import Daemon, SHELL, SMALL, main, multipart, scene
 
-LATER = scene(lights=[{"shadow": True}], objects=[{"skeleton": {"builtin": "elm"}}])
+LATER = scene(objects=[{"skeleton": {"builtin": "elm"}}, {"skeleton": {"builtin": "pine"}}])
 FORM, FORM_BODY = multipart([("scene", SMALL)])
 JSON = {"Content-Type": "application/json"}
 
@@ -199,7 +199,7 @@ def test_pointers_of_every_fault():
         reply = daemon.post(LATER)
         assert reply.status == 501 and reply.slug() == "not-implemented", reply.body
         assert {error["pointer"] for error in reply.json()["errors"]} == {
-            "/lights/0/shadow", "/objects/0/skeleton"}, reply.body
+            "/objects/0/skeleton", "/objects/1/skeleton"}, reply.body
         daemon.check_good()
 
 

@@ -195,8 +195,9 @@ class Sweep(unittest.TestCase):
         self.refused(3, "/image: ", large, *to)
         self.refused(3, "/objects: ", self.write("bad.json", {"objects": []}), *to)
         self.refused(2, "missing.json", "missing.json", *to)
-        shadow = self.write("shadow.json", {**TINY, "lights": [{"shadow": True}]})
-        self.refused(5, "/lights/0/shadow", shadow, *to)
+        later = self.write("later.json", {**TINY, "objects": TINY["objects"] + [
+            {"skeleton": {"builtin": "elm"}}]})
+        self.refused(5, "/objects/1/skeleton", later, *to)
         self.assertFalse(os.path.exists(to[1]))
 
     def test_folder_cannot_be_made(self):

@@ -75,6 +75,7 @@ void matrix_geometry(struct matrix *matrix);
 void matrix_camera(struct matrix *matrix);
 void matrix_order(struct matrix *matrix);
 void matrix_material(struct matrix *matrix);
+void matrix_light(struct matrix *matrix);
 
 /* A glTF binary of float positions (Pelt's Z-up), triangles, and, where not NULL, normals. */
 void matrix_write_glb(struct blob *glb, const float (*position)[3], const float (*normal)[3],

@@ -10,17 +10,19 @@
 
 /* Every row of the plan. */
 static const char *const parts[] = {
-    "surface",      "entries",       "solid",       "sort",        "exact-map", "slices",
-    "overlap",      "media",         "resolve",     "trials",      "error",     "supersampling",
-    "depth",        "occluded",      "voxels",      "closed-form", "cells",     "eye-inside",
-    "fp64",         "light",         "ambient",     "shadow",      "specular",  "gradients",
-    "mesh-normals", "base-textures", "OpenImageIO", "tinygltf"};
+    "surface",    "entries",       "solid",        "sort",         "exact-map",     "slices",
+    "overlap",    "media",         "resolve",      "trials",       "error",         "supersampling",
+    "depth",      "occluded",      "voxels",       "closed-form",  "cells",         "eye-inside",
+    "fp64",       "light",         "ambient",      "shadow",       "specular",      "gradients",
+    "shadow-map", "shadow-slices", "point-lights", "mesh-normals", "base-textures", "OpenImageIO",
+    "tinygltf"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
     "{'image': {'width': 24, 'height': 24, 'samples': " samples "}, " beside "'objects': ["
-#define ONE VIEW("1", "")
-#define DIM VIEW("1", "'lights': [], 'ambient': [1, 1, 1], ")
+#define ONE  VIEW("1", "")
+#define CAST VIEW("1", "'lights': [{'shadow': true}], ")
+#define DIM  VIEW("1", "'lights': [], 'ambient': [1, 1, 1], ")
 #define SHELL(mesh, material, beside)                                                              \
     "{'shell': {'mesh': {" mesh "}, 'material': {" material "}" beside "}"
 #define SPHERE "'shape': 'sphere', 'divisions': [12, 6]"
@@ -117,6 +119,20 @@ static const struct row rows[] = {
      "SLICES_HARDWARE:medium+lit+exact RESOLVE:"},
     {ONE "{'mesh': {" SPHERE "}" END, "surface resolve depth light mesh-normals",
      "SURFACE:lit RESOLVE:"},
+    {CAST "{'mesh': {" SPHERE "}" END, "surface resolve depth light shadow shadow-map mesh-normals",
+     "CASTER_SURFACE: SURFACE:lit+hidden RESOLVE:"},
+    {VIEW("1", "'lights': [{'position': [0, 0, 3]}], ") "{'mesh': {" SPHERE "}" END,
+     "surface resolve depth light point-lights mesh-normals", "SURFACE:lit+point RESOLVE:"},
+    {CAST SHELL(SPHERE, CHAIN, "") END,
+     "entries solid exact-map resolve voxels light shadow shadow-map gradients",
+     "CASTER:solid+lit+exact WALK:solid+lit+exact+hidden RESOLVE:"},
+    {CAST SHELL(SPHERE, FUR, "") END,
+     "entries exact-map media resolve voxels light shadow shadow-slices gradients",
+     "CASTER:medium+exact CASTER_RANGE: RANGE_FILL: WALK:medium+lit+exact+dimmed RESOLVE:"},
+    {CAST SHELL(SPHERE, MIST, "") END, "entries media resolve closed-form",
+     "WALK:homogeneous RESOLVE:"},
+    {VIEW("1", "'lights': [{'shadow': true, 'color': [0, 0, 0]}], ") "{'mesh': {" SPHERE "}" END,
+     "surface resolve depth light mesh-normals", "SURFACE:lit RESOLVE:"},
     {DIM "{'mesh': {" SPHERE "}" END, "surface resolve depth ambient", "SURFACE:ambient RESOLVE:"},
     {DIM "{'mesh': {'asset': 'tests/data/gltf/plain.glb'}" END,
      "surface resolve depth ambient tinygltf", "SURFACE:ambient RESOLVE:"},
@@ -154,11 +170,21 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
     static const struct {
         uint32_t flag;
         const char *name;
-    } names[] = {
-        {FLAG_MEDIUM, "medium"},     {FLAG_SOLID, "solid"},     {FLAG_HOMOGENEOUS, "homogeneous"},
-        {FLAG_LIT, "lit"},           {FLAG_AMBIENT, "ambient"}, {FLAG_SPECULAR, "specular"},
-        {FLAG_OCCLUDED, "occluded"}, {FLAG_EYE_INSIDE, "eye"},  {FLAG_EXACT, "exact"},
-        {FLAG_TEXTURED, "textured"}, {FLAG_BLOCKS, "blocks"},   {FLAG_FP64, "fp64"}};
+    } names[] = {{FLAG_MEDIUM, "medium"},
+                 {FLAG_SOLID, "solid"},
+                 {FLAG_HOMOGENEOUS, "homogeneous"},
+                 {FLAG_LIT, "lit"},
+                 {FLAG_AMBIENT, "ambient"},
+                 {FLAG_SPECULAR, "specular"},
+                 {FLAG_OCCLUDED, "occluded"},
+                 {FLAG_EYE_INSIDE, "eye"},
+                 {FLAG_EXACT, "exact"},
+                 {FLAG_TEXTURED, "textured"},
+                 {FLAG_BLOCKS, "blocks"},
+                 {FLAG_FP64, "fp64"},
+                 {FLAG_SHADOW_OPAQUE, "hidden"},
+                 {FLAG_SHADOW_MEDIA, "dimmed"},
+                 {FLAG_POINT, "point"}};
     const char *program;
     uint32_t variant;
     *text = 0;
@@ -250,6 +276,9 @@ static void test_what_is_left_out_changes_nothing(void **state) {
          0},
         {ONE SHELL(SPHERE, FUR, "") END, FORCE_SOLID,
          "WALK:medium+lit+occluded+exact WALK:solid+lit+exact", 0},
+        {ONE SHELL(SPHERE, FUR, "") END, FORCE_SHADOW,
+         "CASTER:medium+exact CASTER_RANGE: RANGE_FILL: WALK:medium+lit+exact+dimmed", 0},
+        {ONE "{'mesh': {" SPHERE "}" END, FORCE_SHADOW, "CASTER_SURFACE: SURFACE:lit+hidden", 0},
         {ONE SHELL(SPHERE, MIST, "") END, FORCE_VOXELS, "WALK:medium+exact", 2e-6},
         {ONE SHELL(SPHERE, MIST, "") TETRA END, FORCE_SORT, "TETRA:homogeneous", 2e-5},
     };

@@ -10,7 +10,6 @@ static void what_is_not_drawn(void **state) {
     static const struct {
         const char *scene, *pointer;
     } rows[] = {
-        {LEAST(", \"lights\": [{}, {\"shadow\": true}]"), "/lights/1/shadow"},
         {ONE("{\"skeleton\": {\"builtin\": \"elm\"}}"), "/objects/0/skeleton"},
         {ONE("{" FUR ", \"path\": \"gdm\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"distance\"}"), "/objects/0/path"},
@@ -40,7 +39,7 @@ static void what_is_drawn(void **state) {
     (void)state;
     static const char *const scenes[] = {
         LEAST(""),
-        LEAST(", \"lights\": [{\"shadow\": false}], \"report\": {\"error\": \"none\"}"),
+        LEAST(", \"lights\": [{\"shadow\": true}], \"report\": {\"error\": \"none\"}"),
         LEAST(", \"target\": {\"max_error\": 0.1}, \"report\": {\"error\": \"estimate\"}"),
         LEAST(", \"target\": {\"deadline_ms\": 100}, \"report\": {\"error\": \"reference\"}"),
         ONE("{" FUR ", \"path\": \"auto\"}"),

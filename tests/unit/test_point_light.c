@@ -1,0 +1,137 @@
+/* Point lights: Lambert under one against the closed form, at any scale; media and solids against
+ * the reference; inside a shell; and that what is not drawn is refused. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "renderer/truth.h"
+#include "tests/support.h"
+
+static struct renderer *renderer;
+
+static int open_renderer(void **state) {
+    (void)state;
+    renderer = support_renderer();
+    return 0;
+}
+
+static int close_renderer(void **state) {
+    (void)state;
+    renderer_destroy(renderer);
+    return 0;
+}
+
+/* A plane under a light at the height h over its middle: L h / d^3, and L h / (d r^2) within the
+ * light's radius; under it nothing. */
+static void test_plane(void **state) {
+    (void)state;
+    static const double scales[] = {1e-6, 1, 1e6};
+    for (size_t n = 0; n < 3; n++)
+        for (int near = 0; near < 3; near++) {
+            double s = scales[n], h = (near == 2 ? -0.5 : 0.5) * s,
+                   radius = near == 1 ? 2 * s : 0.01 * s;
+            struct render_result result;
+            assert_int_equal(
+                support_draw(
+                    renderer, &result,
+                    "{'image': {'width': 16, 'height': 16, 'samples': 1}, 'camera': {'eye': "
+                    "[0, 0, %.17g], 'target': [0, 0, 0], 'up': [0, 1, 0], 'ortho_height': "
+                    "%.17g}, 'ambient': [0, 0, 0], 'lights': [{'position': [0, 0, %.17g], "
+                    "'radius': %.17g, 'color': [%.17g, 0, 0]}], 'objects': [{'mesh': "
+                    "{'shape': 'plane', 'size': [3, 3]}, 'color': [1, 1, 1], 'transform': "
+                    "{'scale': %.17g}}]}",
+                    9 * s, 2 * s, h, radius, fmin(1e6, s * s), s),
+                STATUS_OK);
+            double color = fmin(1e6, s * s);
+            for (int y = 0; y < 16; y++)
+                for (int x = 0; x < 16; x++) {
+                    double px = ((x + 0.5) / 8 - 1) * s, py = (1 - (y + 0.5) / 8) * s;
+                    double d = sqrt(px * px + py * py + h * h), least = fmax(d, radius);
+                    double expected = fmax(0, color * h / d / least / least);
+                    double found = (double)support_pixel(&result, x, y)[0];
+                    assert_true(fabs(found - expected) <= 2e-6 * expected);
+                }
+            render_result_finish(&result);
+        }
+}
+
+/* RMSE against the reference: lights beside and inside a shell, with a directional one that throws
+ * shadows, and shells that are walked together. */
+static void test_against_the_reference(void **state) {
+    (void)state;
+#define LIGHT "'lights': [{'position': [0.4, -1.1, 0.7], 'color': [0.6, 0.5, 0.4], 'radius': 0.1}"
+#define FUR(quality)                                                                               \
+    "{'shell': {'mesh': {'shape': 'sphere', 'divisions': [12, 6]}, 'thickness': 0.4, 'tiles': "    \
+    "[3, "                                                                                         \
+    "2], 'material': {'builtin': 'clouds', 'size': [8, 8, 4]}}, 'quality': {" quality "}}"
+#define VIEW                                                                                       \
+    "{'image': {'width': 16, 'height': 16, 'samples': 1}, 'camera': {'eye': [0, -4, 1], "          \
+    "'fov_y_deg': 40}, "
+    static const struct {
+        const char *json;
+        double most;
+    } rows[] = {
+        {VIEW LIGHT "], 'objects': [" FUR("'samples': 64, 'order': 'walk'") "]}", 2e-3},
+        {VIEW LIGHT "], 'objects': [" FUR("'samples': 64, 'order': 'sorted'") "]}", 2e-3},
+        {VIEW LIGHT "], 'objects': [" FUR("'slices': 400") "]}", 5e-3},
+        {VIEW LIGHT
+         ", {'direction': [1, 1, -1], 'shadow': true}], 'shadow': {'size': 512, 'slices': 48}, "
+         "'objects': [" FUR(
+             "'samples': 64") ", {'mesh': {'shape': 'plane', 'size': [5, 5]}, 'transform': "
+                              "{'translate': [0, 0, -1.4]}}]}",
+         2e-2},
+        {VIEW LIGHT "], 'objects': [{'shell': {'mesh': {'shape': 'plane', 'divisions': [2, 2]}, "
+                    "'thickness': 0.4, 'tiles': [1, 1], 'material': {'builtin': 'chain', 'size': "
+                    "[24, 24, 8], 'specular': 0.5}}, 'quality': {'samples': 256}}]}",
+         2e-2},
+    };
+    for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
+        char text[4096];
+        struct arena arena = {0};
+        struct scene scene;
+        struct error err = {0};
+        struct truth truth;
+        struct render_result result;
+        struct asset_source source = {.open = support_no_asset};
+        struct reference_request request = {.tolerance = 1e-5};
+        snprintf(text, sizeof text, "%s", rows[r].json);
+        support_quote(text);
+        assert_int_equal(scene_read(text, strlen(text), &arena, &scene, &err), STATUS_OK);
+        assert_int_equal(truth_render(&scene, &source, &request, &truth, &err), STATUS_OK);
+        assert_int_equal(renderer_render(renderer, &scene, &source, &result, &err), STATUS_OK);
+        double sum = 0;
+        for (int i = 0; i < 4 * 256; i++)
+            sum += pow((double)result.pixels[i] - (double)truth.pixels[i], 2);
+        double off = sqrt(sum / 1024);
+        print_message("scene %zu: RMSE %.2e\n", r, off);
+        assert_true(off < rows[r].most);
+        render_result_finish(&result);
+        truth_finish(&truth);
+        arena_free(&arena);
+    }
+}
+
+/* Shadows of point lights are not drawn, and nobody is left in the dark about it. */
+static void test_refusal(void **state) {
+    (void)state;
+    char json[] = "{'lights': [{}, {'position': [0, 0, 3], 'shadow': true}], 'objects': [{'mesh': "
+                  "{'shape': 'plane'}}]}";
+    struct arena arena = {0};
+    struct scene scene;
+    struct error err = {0};
+    support_quote(json);
+    assert_int_equal(scene_read(json, strlen(json), &arena, &scene, &err), STATUS_OK);
+    assert_int_equal(scene_check_implemented(&scene, &err), STATUS_NOT_IMPLEMENTED);
+    assert_int_equal(err.fault_count, 1);
+    assert_string_equal(err.faults[0].pointer, "/lights/1/shadow");
+    error_clear(&err);
+    arena_free(&arena);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_plane),
+        cmocka_unit_test(test_against_the_reference),
+        cmocka_unit_test(test_refusal),
+    };
+    return cmocka_run_group_tests(tests, open_renderer, close_renderer);
+}
