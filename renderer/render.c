@@ -28,6 +28,7 @@
 #include "renderer/gl/resolve.h"
 #include "renderer/gl/target.h"
 #include "renderer/measure.h"
+#include "renderer/path/footprint.h"
 #include "renderer/path/variant.h"
 #include "renderer/prepare.h"
 #include "renderer/resolve.h"
@@ -404,9 +405,11 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         struct path_object *object = &prepared.objects[i];
         if (!object->shell || object->volume->homogeneous)
             continue;
-        status = bake_acquire(renderer->textures, object->volume,
-                              variant_needs_normals(object, picture.lights.count), &object->baked,
-                              &report->cold, &report->work.upload_bytes, &clock, err);
+        struct bake_filter filter = footprint_filter(object);
+        status = bake_acquire_filtered(renderer->textures, object->volume,
+                                       variant_needs_normals(object, picture.lights.count), &filter,
+                                       &object->baked, &report->cold, &report->work.upload_bytes,
+                                       &clock, err);
         if (status != STATUS_OK)
             goto done;
     }

@@ -150,7 +150,7 @@ void main() {
     Tetra tetra = fetch_tetra();
     Hits hits = meet_tetra(tetra, sample_position_real());
     REAL begin = hits.h_in, end = hits.h_out;
-#if defined(SLABS) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID)) != 0
+#if defined(SLABS) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID | FLAG_FILTER)) != 0
     REAL t0 = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, tetra.v0) + frame[FRAME_OU].w; /* of v0 */
 #endif
 #if (VARIANT & FLAG_EYE_INSIDE) != 0
@@ -218,6 +218,12 @@ void main() {
     Way way = Way(at_in, at_out - at_in, to_world);
 #endif
 
+#if (VARIANT & FLAG_FILTER) != 0
+#ifndef SLABS
+    way_go(way, 0.5);
+#endif
+    filter_begin(way, p, float(0.5 * (begin + end) + t0));
+#endif
 #if (VARIANT & FLAG_MEDIUM) != 0
     Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
     march(ray, way, span, v);

@@ -197,6 +197,9 @@ void main() {
 #endif
         bool finished = found || at_base || leaves_by_base;
 #else
+#if (VARIANT & FLAG_FILTER) != 0
+        filter_begin(way, p, float(0.5 * (t_in + t_end) + near));
+#endif
         march(ray, way, span, v);
         bool finished = t_out >= t_stop - near || at_base || leaves_by_base ||
                         ray.left < frame[FRAME_SCREEN].z;

@@ -408,9 +408,9 @@ enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture, s
     return status;
 }
 
-static void bind_textures(const struct baked *baked) {
-    glBindTextureUnit(BINDING_MEDIUM, baked->medium);
-    glBindTextureUnit(BINDING_MEDIUM_GRADIENT, baked->medium_gradient);
+static void bind_textures(const struct path_object *object) {
+    const struct baked *baked = object->baked;
+    path_object_bind_medium(object, BINDING_MEDIUM, BINDING_MEDIUM_GRADIENT);
     glBindTextureUnit(BINDING_SOLID, baked->solid);
     glBindTextureUnit(BINDING_SOLID_GRADIENT, baked->solid_gradient);
 }
@@ -443,7 +443,7 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     glBindTextureUnit(BINDING_FIRST, doors->textures[0]);
     glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);
     if (object->baked)
-        bind_textures(object->baked);
+        bind_textures(object);
     gl_blocks_draw(picture->blocks, program, pass->array);
     picture->report->work.draws++;
     return gl_check("walking through a shell", err);

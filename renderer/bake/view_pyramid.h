@@ -1,0 +1,68 @@
+/* Coarser copies of a medium as it is seen from above, from below and from the sides; no GL.
+ *
+ * Dufort, Leblanc & Poulin 2005 (section 5.2) "ignore this view dependency": one value stands for a
+ * coarse voxel wherever it is seen from, and for each alone. Three things are lost by that. What lets
+ * light through is averaged, but from cell to cell as if a clear column of one had nothing to do with a
+ * clear column of the next: between strands of fur one sees the skin, and through their mean one does
+ * not. What lies in front hides what lies behind, so a cell's colour and normal are those of the side
+ * that is seen. And a cell's height stands for its depth, though it is as deep as the view has it.
+ *
+ * Here only u and v are made coarser, and each cell keeps three values a layer:
+ *
+ * From above, exact for rays along w. With T(z) the mean over the cell's columns of what they let
+ * through from the top down to the upper side of layer z,
+ *
+ *   sigma(z) = log(T(z) / T(z - 1)) size_w,   c(z) = <T_k alpha_k c_k> / <T_k alpha_k>,
+ *
+ * T_k, alpha_k and c_k being a column's: the extinction that what has come through so far will meet,
+ * where a mean over all columns would let it meet what is hidden too. A ray that goes down through the
+ * layers gathers the very mean of what the columns' own rays gather.
+ *
+ * From below, likewise.
+ *
+ * From the side there is no first layer to begin at, since u and v go on for ever. A cell is taken as deep
+ * as it is wide: with tau the optical depth of a ray through it along u (or v),
+ *
+ *   sigma = -log <exp(-tau)> / length,   c = <E> / (1 - <exp(-tau)>),
+ *
+ * over the rays of the cell's width and as many layers as are as high; E is what such a ray gathers, from
+ * either end. Both axes and both ends are one value, their mean. How far the normals that are seen face the
+ * viewer is kept too: of all that a mean over opposite views takes away, that is what light needs.
+ *
+ * Lengths along u and v are the shell's (`aspect`); those of one shell differ from place to place, and
+ * the mean is taken: only the side's values know of it.
+ *
+ * Level l has cells of about 2^(l + 1) voxels, sizes as in pyramid.h; the voxels themselves are not among
+ * them. Normals are kept as there. Beyond an optical depth of 600 a column lets through as much as there:
+ * exp(-600) is near the smallest number. Where no more is left of all columns, plain means stand. */
+#ifndef PELT_RENDERER_BAKE_VIEW_PYRAMID_H
+#define PELT_RENDERER_BAKE_VIEW_PYRAMID_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "api/status.h"
+#include "renderer/asset/volume.h"
+#include "renderer/bake/pyramid.h"
+#include "shaders/interface.h"
+
+struct view_pyramid {
+    int count;  /* levels; 0 where u and v are of one voxel each */
+    int layers; /* of a side: size[2] of the volume */
+    struct view_level {
+        int size[2];
+        float *medium; /* VIEW_SIDES * layers images of size[0] x size[1] texels: VIEW_* of
+                          interface.h, each from the bottom up; struct volume's layout */
+        uint16_t *gradient; /* normals.h's layout, .w of VIEW_SIDE how far w n faces the viewer (per
+                               1 of it along the surface); NULL where unlit */
+    } level[PYRAMID_LEVELS_MAX];
+};
+
+/* Fills one from a volume that has a medium. `aspect`: the length of a tile along u and v, in
+ * thicknesses. STATUS_OUT_OF_MEMORY; it is then empty. view_pyramid_finish() frees it. Thread: any;
+ * blocks. */
+enum status view_pyramid_make(const struct volume *volume, const double aspect[2], bool lit,
+                              struct view_pyramid *pyramid);
+void view_pyramid_finish(struct view_pyramid *pyramid);
+
+#endif
