@@ -70,15 +70,18 @@ vec3 gradient_at(vec3 q) {
 #else
 
 layout(binding = BINDING_VIEW) uniform sampler2DArray medium_views;
+layout(binding = BINDING_VIEW_LEFT) uniform sampler2DArray left_views;
 #if (VARIANT & FLAG_LIT) != 0
 layout(binding = BINDING_VIEW_GRADIENT) uniform sampler2DArray gradient_views;
 #endif
 
+/* The two of the sides that lie next to the ray's own slant. */
 struct Seen {
-    float level_w, level_side; /* 0: voxels; from 1 on: the array's own level, plus 1 */
-    float first;               /* layer of what is seen along w: from above or from below */
-    vec2 cos2;                 /* along w, along the surface; their sum is 1 */
-    vec2 toward;               /* to the viewer, along the surface */
+    vec2 level;  /* 0: voxels; from 1 on: the array's own level, plus 1 */
+    vec2 first;  /* their first layers */
+    vec2 finer;  /* layers of theirs that a thickness of way passes */
+    vec2 share;  /* their parts of sigma^2; the sum is 1 */
+    vec2 toward; /* to the viewer, along the surface */
 } seen;
 vec2 seen_share; /* of the two at the last place that medium_at() was asked for */
 
@@ -96,8 +99,21 @@ void filter_begin(Way way, vec2 p, float t) {
     vec3 cosines = along * inversesqrt(max(steep, 1.0e-37));
     vec3 squares = cosines * cosines;
     float sum = max(squares.x + squares.y + squares.z, 1.0e-37);
-    seen.cos2 = vec2(squares.z, squares.x + squares.y) / sum;
-    seen.first = (along.z < 0.0 ? float(VIEW_ABOVE) : float(VIEW_BELOW)) * n.z;
+    float cos2 = squares.z / sum;
+    vec2 between = cos2 > VIEW_COS2_1   ? vec2(1.0, VIEW_COS2_1)
+                   : cos2 > VIEW_COS2_2 ? vec2(VIEW_COS2_1, VIEW_COS2_2)
+                                        : vec2(VIEW_COS2_2, 0.0);
+    float slant = cos2 > VIEW_COS2_1 ? 0.0 : cos2 > VIEW_COS2_2 ? 1.0 : 2.0;
+    float side = slant + (along.z < 0.0 ? float(VIEW_ABOVE) : float(VIEW_BELOW));
+    seen.first = vec2(side, slant < 2.0 ? side + 1.0 : float(VIEW_SIDE)) * n.z;
+    seen.finer = vec2(sqrt(between.x), slant < 2.0 ? sqrt(between.y) : 1.0) * n.z;
+    seen.share.x = clamp((cos2 - between.y) / (between.x - between.y), 0.0, 1.0);
+    seen.share.x = along.z > 0.0 && frame[FRAME_STEP].w != 0.0 ? 0.0 : seen.share.x;
+    if (along.z > 0.0 && frame[FRAME_STEP].w != 0.0) {
+        seen.first.y = float(VIEW_SIDE) * n.z;
+        seen.finer.y = n.z;
+    }
+    seen.share.y = 1.0 - seen.share.x;
     seen.toward = -cosines.xy * inversesqrt(max(squares.x + squares.y, 1.0e-37));
     /* Along w the pixel's parallelogram is slid along the ray into the layer, where it covers
      * 1 / cos of what it does across the ray; not more than 4 times, where little is seen from there. */
@@ -105,12 +121,9 @@ void filter_begin(Way way, vec2 p, float t) {
     float least = 0.25 * sqrt(steep.z);
     float over = sign(along.z) / max(abs(along.z), least);
     vec2 sx = (ax - along.xy * (dot(gw, fx) * over)) * m, sy = (ay - along.xy * (dot(gw, fy) * over)) * m;
-    seen.level_w = level_of(max(dot(sx, sx), dot(sy, sy)));
-    ax *= m;
-    ay *= m;
     vec2 wide = m * sqrt(steep.xy);
     float across2 = max(dot(fx, fx), dot(fy, fy)) * max(wide.x * wide.x, wide.y * wide.y);
-    seen.level_side = level_of(across2);
+    seen.level = vec2(level_of(across2));
 }
 
 vec4 seen_at(sampler2DArray views, vec3 q, float first, float level) {
@@ -120,40 +133,55 @@ vec4 seen_at(sampler2DArray views, vec3 q, float first, float level) {
                textureLod(views, vec3(q.xy, first + min(below + 1.0, layers - 1.0)), level), z - below);
 }
 
+/* -log(1 - h): its series below 1/8 (the first term left out is h^7 / 8 < 1e-7 of the whole). */
+float depth_of(float h) {
+    float series = h * (1.0 + h * (1.0 / 2.0 + h * (1.0 / 3.0 + h * (1.0 / 4.0 + h * (1.0 / 5.0 + h * (1.0 / 6.0 + h / 7.0))))));
+    return h < 0.125 ? series : -log(1.0 - h);
+}
+
+/* What is lost in a layer of what is left, as a medium. A layer that lets nothing through lets
+ * 1e-6 through: more is not seen, and 1 - h has no more digits. */
+vec4 medium_seen(vec3 q, float first, float level, float finer) {
+    vec4 lost = seen_at(medium_views, q, first, level);
+    float left = seen_at(left_views, q, first, level).r;
+    float sigma = depth_of(min(lost.a / max(left, 1.0e-37), 1.0 - 1.0e-6)) * finer;
+    return vec4(lost.rgb * (sigma / max(lost.a, 1.0e-37)), sigma);
+}
+
 vec4 medium_at(vec3 q) {
-    float layers = frame[FRAME_SIZE].z;
-    vec4 w = seen_at(medium_views, q, seen.first, max(seen.level_w - 1.0, 0.0));
-    vec4 side = seen_at(medium_views, q, float(VIEW_SIDE) * layers, max(seen.level_side - 1.0, 0.0));
-    if (min(seen.level_w, seen.level_side) < 1.0) {
+    vec2 level = max(seen.level - 1.0, 0.0);
+    vec4 a = medium_seen(q, seen.first.x, level.x, seen.finer.x);
+    vec4 b = medium_seen(q, seen.first.y, level.y, seen.finer.y);
+    if (min(seen.level.x, seen.level.y) < 1.0) {
         vec4 voxel = texture(medium, q);
-        w = mix(voxel, w, min(seen.level_w, 1.0));
-        side = mix(voxel, side, min(seen.level_side, 1.0));
+        a = mix(voxel, a, min(seen.level.x, 1.0));
+        b = mix(voxel, b, min(seen.level.y, 1.0));
     }
-    seen_share = vec2(w.a * w.a, side.a * side.a) * seen.cos2;
-    float sigma2 = seen_share.x + seen_share.y;
+    seen_share = vec2(a.a * a.a, b.a * b.a) * seen.share;
+    float sigma2 = seen_share.x + seen_share.y, sigma = sqrt(sigma2);
     seen_share /= max(sigma2, 1.0e-37);
-    float sigma = sqrt(sigma2);
-    return vec4(sigma * (seen_share.x / max(w.a, 1.0e-30) * w.rgb +
-                         seen_share.y / max(side.a, 1.0e-30) * side.rgb), sigma);
+    vec2 over = seen_share / max(vec2(a.a, b.a), 1.0e-30);
+    return vec4(sigma * (over.x * a.rgb + over.y * b.rgb), sigma);
 }
 
 #if (VARIANT & FLAG_LIT) != 0
-vec3 facing_of(vec3 gradient) {
-    return gradient / (length(gradient) + 0.01);
+vec3 facing_of(vec4 seen_from) {
+    return seen_from.xyz + vec3(seen_from.w * seen.toward, 0.0);
 }
 
 /* After medium_at(q). */
 vec3 gradient_at(vec3 q) {
-    float layers = frame[FRAME_SIZE].z;
-    vec4 w = seen_at(gradient_views, q, seen.first, max(seen.level_w - 1.0, 0.0));
-    vec4 side = seen_at(gradient_views, q, float(VIEW_SIDE) * layers, max(seen.level_side - 1.0, 0.0));
-    vec3 from_w = facing_of(w.xyz), from_side = facing_of(side.xyz) + vec3(side.w * seen.toward, 0.0);
-    if (min(seen.level_w, seen.level_side) < 1.0) {
-        vec3 voxel = facing_of(texture(medium_gradient, q).xyz);
-        from_w = mix(voxel, from_w, min(seen.level_w, 1.0));
-        from_side = mix(voxel, from_side, min(seen.level_side, 1.0));
+    vec2 level = max(seen.level - 1.0, 0.0);
+    vec3 a = facing_of(seen_at(gradient_views, q, seen.first.x, level.x));
+    vec3 b = facing_of(seen_at(gradient_views, q, seen.first.y, level.y));
+    if (min(seen.level.x, seen.level.y) < 1.0) {
+        vec3 voxel = texture(medium_gradient, q).xyz;
+        voxel /= length(voxel) + 0.01;
+        a = mix(voxel, a, min(seen.level.x, 1.0));
+        b = mix(voxel, b, min(seen.level.y, 1.0));
     }
-    vec3 facing = seen_share.x * from_w + seen_share.y * from_side;
+    /* The gradient whose own weight is the length of that. */
+    vec3 facing = seen_share.x * a + seen_share.y * b;
     return 0.01 * facing / (1.0 - min(length(facing), 0.99));
 }
 #endif

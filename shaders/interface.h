@@ -94,10 +94,14 @@
  * the layers of an array come one side after another. */
 #define BINDING_VIEW          14 /* sampler2DArray */
 #define BINDING_VIEW_GRADIENT 15
-#define VIEW_ABOVE            0
-#define VIEW_BELOW            1
-#define VIEW_SIDE             2
-#define VIEW_SIDES            3
+#define BINDING_VIEW_LEFT     16 /* of no slot: joint walks know no sides */
+#define VIEW_ABOVE            0 /* at each of VIEW_SLANTS slants */
+#define VIEW_BELOW            3
+#define VIEW_SIDE             6
+#define VIEW_SIDES            7
+#define VIEW_SLANTS           3
+#define VIEW_COS2_1           0.5 /* the slants' squared cosines to w; of the first, 1 */
+#define VIEW_COS2_2           0.125
 
 #define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
 #define COUNT_SLOTS   64

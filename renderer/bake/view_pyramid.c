@@ -41,55 +41,122 @@ static size_t voxel_index(const struct source *source, int x, int y, int z) {
     return ((size_t)z * (size_t)n[1] + (size_t)y) * (size_t)n[0] + (size_t)x;
 }
 
-/* `color` and `facing` are for each `shown`, which is theirs too. */
-static void write_texel(const struct view_level *level, size_t index, double sigma, double shown,
-                        const double color[3], const double facing[4]) {
+/* Least of what is let through that is told: far below what can be seen, and above where 32 bits
+ * end. */
+static const double LEAST_LEFT = 1e-30;
+
+/* `left` is let through to a layer, `shown` of it is lost there, in which `color` and `facing` are
+ * contained; `plain` is what a layer of the mean extinction would lose, for where nothing is left. */
+static void write_texel(const struct view_level *level, size_t index, double left, double shown,
+                        double plain, const double color[3], const double facing[4]) {
     float *out = level->medium + 4 * index;
+    bool seen = left > LEAST_LEFT;
+    level->left[index] = (float)(seen ? left : LEAST_LEFT);
+    out[3] = (float)(seen ? shown : LEAST_LEFT * plain);
     double over = shown > 0 ? 1 / shown : 0;
     for (int c = 0; c < 3; c++)
-        out[c] = (float)(sigma * color[c] * over);
-    out[3] = (float)sigma;
-    if (!level->gradient)
-        return;
-    /* The gradient whose own weight, g / (g + 0.01), is the length of w n. */
-    double length =
-        over * sqrt(facing[0] * facing[0] + facing[1] * facing[1] + facing[2] * facing[2]);
-    double stretch = 0.01 * over / (1 - fmin(length, 0.99));
-    for (int c = 0; c < 4; c++)
-        level->gradient[4 * index + (size_t)c] =
-            bake_half_from_float((float)(facing[c] * (c < 3 ? stretch : over)));
+        out[c] = out[3] * (float)(color[c] * over);
+    for (int c = 0; c < 4 && level->gradient; c++)
+        level->gradient[4 * index + (size_t)c] = bake_half_from_float((float)(facing[c] * over));
 }
 
 /* ---- from above, from below ---- */
 
+enum { AZIMUTHS = 4 };
+
+/* Sums over rays. */
 struct column {
-    double before, after; /* let through to this layer, and past it */
-    double shown, color[3], facing[3], sigma;
+    double count;
+    double before; /* let through to this layer */
+    double sigma, color[3];
+    double shown[AZIMUTHS], facing[AZIMUTHS][3];
 };
 
 static void add_column(struct column *to, const struct column *from, double share) {
-    to->before += share * from->before;
-    to->after += share * from->after;
-    to->shown += share * from->shown;
-    to->sigma += share * from->sigma;
-    for (int c = 0; c < 3; c++) {
-        to->color[c] += share * from->color[c];
-        to->facing[c] += share * from->facing[c];
+    enum { NUMBERS = sizeof *to / sizeof(double) };
+    double *sum = &to->count;
+    const double *one = &from->count;
+    for (int i = 0; i < NUMBERS; i++)
+        sum[i] += share * one[i];
+}
+
+
+/* Rays that come through the layers one way, from as many azimuths. */
+struct beam {
+    bool above;
+    double secant;  /* of the slant */
+    int azimuths;   /* 1, or AZIMUTHS */
+    double way[AZIMUTHS][2];   /* along the surface: unit vectors */
+    double drift[AZIMUTHS][2]; /* voxels a layer along u and v */
+    int steps;                 /* in a layer */
+};
+
+static int wrap(int cell, int size) {
+    int rest = cell % size;
+    return rest < 0 ? rest + size : rest;
+}
+
+/* What lies at a place between the voxels of a layer: extinction-weighted colour, extinction, and w n
+ * weighted likewise. */
+static void read_place(const struct source *source, const double place[2], int z, double voxel[4],
+                       double facing[3]) {
+    const int *n = source->volume->size;
+    double low[2] = {floor(place[0]), floor(place[1])};
+    for (int k = 0; k < 4; k++) {
+        int right = k & 1, back = k >> 1;
+        double x = place[0] - low[0], y = place[1] - low[1];
+        double part = (right ? x : 1 - x) * (back ? y : 1 - y);
+        if (!(part > 0))
+            continue;
+        size_t index = voxel_index(source, wrap((int)low[0] + right, n[0]),
+                                   wrap((int)low[1] + back, n[1]), z);
+        const float *from = source->volume->medium + 4 * index;
+        for (int c = 0; c < 4; c++)
+            voxel[c] += part * (double)from[c];
+        for (int c = 0; c < 3 && source->facing; c++)
+            facing[c] += part * (double)from[3] * (double)source->facing[3 * index + (size_t)c];
     }
 }
 
-static struct column look_at_voxel(const struct source *source, size_t index, double *tau) {
-    const float *voxel = source->volume->medium + 4 * index;
-    struct column column = {.before = exp(-*tau), .sigma = (double)voxel[3]};
-    double sigma = (double)voxel[3], own = sigma / source->volume->size[2];
+static void go_through(const double voxel[4], const double facing[3], double length, int azimuth,
+                       double *tau, struct column *column) {
+    column->sigma += voxel[3] * length;
+    if (!(voxel[3] > 0))
+        return;
+    double own = voxel[3] * length, shown = exp(-*tau) * -expm1(-own);
     *tau = fmin(*tau + own, DEEPEST);
-    column.after = exp(-*tau);
-    column.shown = column.before * -expm1(-own);
-    for (int c = 0; c < 3 && sigma > 0; c++) {
-        column.color[c] = column.shown * (double)voxel[c] / sigma;
-        column.facing[c] = source->facing ? column.shown * (double)source->facing[3 * index + (size_t)c] : 0;
+    column->shown[azimuth] += shown;
+    for (int c = 0; c < 3; c++) {
+        column->color[c] += shown * voxel[c] / voxel[3];
+        column->facing[azimuth][c] += shown * facing[c] / voxel[3];
     }
-    return column;
+}
+
+/* All rays of one azimuth through layer z, the i-th that they meet; each is added to the column that
+ * it is in half way. */
+static void pass_layer(const struct source *source, const struct beam *beam, int z, int i,
+                       double *tau, struct column *columns) {
+    const int *n = source->volume->size;
+    double length = beam->secant / n[2] / beam->steps;
+    for (int y = 0; y < n[1]; y++)
+        for (int x = 0; x < n[0]; x++) {
+            int azimuth = beam->azimuths > 1 ? (x & 1) + 2 * (y & 1) : 0;
+            const double *drift = beam->drift[azimuth];
+            size_t ray = (size_t)y * (size_t)n[0] + (size_t)x;
+            struct column column = {.before = exp(-tau[ray])};
+            double start[2] = {x + fmod(i * drift[0], n[0]), y + fmod(i * drift[1], n[1])};
+            for (int step = 0; step < beam->steps; step++) {
+                double on = (step + 0.5) / beam->steps, voxel[4] = {0}, facing[3] = {0};
+                const double place[2] = {start[0] + on * drift[0], start[1] + on * drift[1]};
+                read_place(source, place, z, voxel, facing);
+                go_through(voxel, facing, length, azimuth, &tau[ray], &column);
+            }
+            column.sigma /= length * beam->steps;
+            column.count = 1;
+            size_t to = (size_t)wrap((int)lround(start[1] + drift[1] / 2), n[1]) * (size_t)n[0] +
+                        (size_t)wrap((int)lround(start[0] + drift[0] / 2), n[0]);
+            add_column(&columns[to], &column, 1.0);
+        }
 }
 
 /* Means over the cells of a level. */
@@ -110,20 +177,63 @@ static void condense(const struct column *fine, const int from[2], struct column
     }
 }
 
-static void write_layer(const struct view_level *level, const struct column *columns, int image,
-                        int layers) {
+/* Each azimuth has its own mean of w n, and of how far that faces it. */
+static void write_layer(const struct view_level *level, const struct column *columns, double depth,
+                        const struct beam *beam, int image) {
     size_t count = (size_t)level->size[0] * (size_t)level->size[1], at = count * (size_t)image;
     for (size_t i = 0; i < count; i++) {
         const struct column *c = &columns[i];
-        bool seen = c->after > exp(-DEEPEST / 2);
-        double sigma = seen ? log(c->before / c->after) * layers : c->sigma;
-        const double facing[4] = {c->facing[0], c->facing[1], c->facing[2], 0};
-        write_texel(level, at + i, fmax(sigma, 0), c->shown, c->color, facing);
+        double shown = 0, facing[4] = {0}, azimuths = 0;
+        for (int k = 0; k < beam->azimuths; k++) {
+            shown += c->shown[k];
+            azimuths += c->shown[k] > 0;
+        }
+        for (int k = 0; k < beam->azimuths; k++) {
+            double over = c->shown[k] > 0 ? shown / (c->shown[k] * azimuths) : 0;
+            for (int a = 0; a < 3; a++)
+                facing[a] += over * c->facing[k][a];
+            for (int a = 0; a < 2; a++)
+                facing[3] -= over * c->facing[k][a] * beam->way[k][a];
+        }
+        /* Slants: what is lost of what is left alone. */
+        double whole = beam->azimuths > 1 ? c->before : c->count, over = whole > 0 ? 1 / whole : 0;
+        double color[3];
+        for (int a = 0; a < 4; a++) {
+            color[a < 3 ? a : 0] = c->color[a < 3 ? a : 0] * over;
+            facing[a] *= over;
+        }
+        write_texel(level, at + i, c->before * over, shown * over,
+                    -expm1(-c->sigma / fmax(c->count, 1e-30) * depth), color, facing);
     }
 }
 
-static enum status look_along_w(const struct source *source, struct view_pyramid *pyramid,
-                                bool above) {
+/* The most steps in a layer: where a slant passes over more voxels than that, one knows nothing of the
+ * next. */
+enum { STEPS_MAX = 8 };
+
+static struct beam beam_of(const struct source *source, const double aspect[2], bool above,
+                           int slant) {
+    static const double cos2[VIEW_SLANTS] = {1, VIEW_COS2_1, VIEW_COS2_2};
+    /* Along the axes, or the diagonal, a slanting ray meets the same row again and again. */
+    static const double way[2] = {0.894427190999916, 0.447213595499958}; /* (2, 1) / sqrt(5) */
+    const int *n = source->volume->size;
+    struct beam beam = {above, 1 / sqrt(cos2[slant]), slant ? AZIMUTHS : 1, {{0}}, {{0}}, 1};
+    double tangent = sqrt(1 / cos2[slant] - 1);
+    for (int k = 0; k < beam.azimuths && slant; k++) {
+        double sign = k < 2 ? 1 : -1, farthest = 0;
+        beam.way[k][0] = sign * (k % 2 ? -way[1] : way[0]);
+        beam.way[k][1] = sign * (k % 2 ? way[0] : way[1]);
+        for (int a = 0; a < 2; a++) {
+            beam.drift[k][a] = beam.way[k][a] * tangent / n[2] * n[a] / aspect[a];
+            farthest = fmax(farthest, fabs(beam.drift[k][a]));
+        }
+        beam.steps = (int)fmax(beam.steps, fmin(ceil(farthest), STEPS_MAX));
+    }
+    return beam;
+}
+
+static enum status look_through(const struct source *source, const struct beam *beam, int image,
+                                struct view_pyramid *pyramid) {
     const int *n = source->volume->size;
     size_t count = (size_t)n[0] * (size_t)n[1];
     double *tau = calloc(count, sizeof *tau);
@@ -134,15 +244,15 @@ static enum status look_along_w(const struct source *source, struct view_pyramid
         return STATUS_OUT_OF_MEMORY;
     }
     for (int i = 0; i < n[2]; i++) {
-        int z = above ? n[2] - 1 - i : i;
+        int z = beam->above ? n[2] - 1 - i : i;
         struct column *fine = columns, *coarse = columns + count;
-        for (size_t k = 0; k < count; k++)
-            fine[k] = look_at_voxel(source, (size_t)z * count + k, &tau[k]);
+        memset(fine, 0, count * sizeof *fine);
+        pass_layer(source, beam, z, i, tau, fine);
         const int *from = n;
         for (int l = 0; l < pyramid->count; l++) {
             const struct view_level *level = &pyramid->level[l];
             condense(fine, from, coarse, level->size);
-            write_layer(level, coarse, (above ? VIEW_ABOVE : VIEW_BELOW) * n[2] + z, n[2]);
+            write_layer(level, coarse, beam->secant / n[2], beam, image * n[2] + z);
             struct column *swap = fine;
             fine = coarse;
             coarse = swap;
@@ -232,15 +342,17 @@ static void add_axis(const float *sums, size_t cells, size_t cell, int layers, d
         below[SIDE_SUMS + k] = below[k] + (double)sums[(z * cells + cell) * SIDE_SUMS + c];
     }
     for (int z = 0; z < layers; z++) {
-        double from = fmin(fmax(z + 0.5 - height / 2, 0), z);
-        double to = fmax(fmin(z + 0.5 + height / 2, layers), z + 1);
+        /* Above the shell there is nothing, and below it more of the lowest layer. */
+        double reach = fmax(height, 1) / 2, from = z + 0.5 - reach;
+        double to = fmin(z + 0.5 + reach, layers), under = fmax(-from, 0);
         double mean[SIDE_SUMS];
+        from = fmax(from, 0);
         for (int c = 0; c < SIDE_SUMS; c++) {
             int i = (int)from, j = (int)to < layers ? (int)to : layers - 1;
             const double *low = below + i * SIDE_SUMS + c, *high = below + j * SIDE_SUMS + c;
             mean[c] = (*high + (to - j) * (high[SIDE_SUMS] - *high) - *low -
-                       (from - i) * (low[SIDE_SUMS] - *low)) /
-                      (to - from);
+                       (from - i) * (low[SIDE_SUMS] - *low) + under * below[SIDE_SUMS + c]) /
+                      (2 * reach);
         }
         double lost = fmin(mean[LOST], -expm1(-DEEPEST)), sigma = -log1p(-lost) / length;
         sigma = fmin(sigma, DEEPEST / length);
@@ -312,8 +424,14 @@ static void look_from_sides(const struct source *source, const double aspect[2],
                      work->of_cell);
         for (int z = 0; z < layers; z++) {
             const double *sum = work->of_cell + z * SIDE_SUMS;
-            write_texel(level, ((size_t)VIEW_SIDE * (size_t)layers + (size_t)z) * cells + cell,
-                        sum[LOST], sum[LOST], sum + COLOR, sum + FACING);
+            double color[3], facing[4], lost = -expm1(-sum[LOST] / layers);
+            double over = sum[LOST] > 0 ? lost / sum[LOST] : 0;
+            for (int c = 0; c < 4; c++) {
+                color[c < 3 ? c : 0] = sum[COLOR + (c < 3 ? c : 0)] * over;
+                facing[c] = sum[FACING + c] * over;
+            }
+            write_texel(level, ((size_t)VIEW_SIDE * (size_t)layers + (size_t)z) * cells + cell, 1,
+                        lost, lost, color, facing);
         }
     }
 }
@@ -376,8 +494,9 @@ static enum status make_levels(const struct volume *volume, bool lit,
         size_t texels = (size_t)level->size[0] * (size_t)level->size[1] *
                         (size_t)volume->size[2] * VIEW_SIDES;
         level->medium = malloc(texels * 4 * sizeof *level->medium);
+        level->left = malloc(texels * sizeof *level->left);
         level->gradient = lit ? malloc(texels * 4 * sizeof *level->gradient) : NULL;
-        if (!level->medium || (lit && !level->gradient))
+        if (!level->medium || !level->left || (lit && !level->gradient))
             return STATUS_OUT_OF_MEMORY;
     }
     return STATUS_OK;
@@ -392,8 +511,12 @@ enum status view_pyramid_make(const struct volume *volume, const double aspect[2
         return status;
     }
     status = make_source(volume, lit, &source);
-    for (int above = 0; above < 2 && status == STATUS_OK; above++)
-        status = look_along_w(&source, pyramid, above == 1);
+    for (int k = 0; k < 2 * VIEW_SLANTS && status == STATUS_OK; k++) {
+        bool above = k < VIEW_SLANTS;
+        struct beam beam = beam_of(&source, aspect, above, k % VIEW_SLANTS);
+        int image = (above ? VIEW_ABOVE : VIEW_BELOW) + k % VIEW_SLANTS;
+        status = look_through(&source, &beam, image, pyramid);
+    }
     if (status == STATUS_OK)
         status = look_along_surface(&source, aspect, pyramid);
     free(source.facing);
@@ -405,6 +528,7 @@ enum status view_pyramid_make(const struct volume *volume, const double aspect[2
 void view_pyramid_finish(struct view_pyramid *pyramid) {
     for (int l = 0; l < pyramid->count; l++) {
         free(pyramid->level[l].medium);
+        free(pyramid->level[l].left);
         free(pyramid->level[l].gradient);
     }
     *pyramid = (struct view_pyramid){0};

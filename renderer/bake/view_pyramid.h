@@ -53,6 +53,7 @@ struct view_pyramid {
         int size[2];
         float *medium; /* VIEW_SIDES * layers images of size[0] x size[1] texels: VIEW_* of
                           interface.h, each from the bottom up; struct volume's layout */
+        float *left;
         uint16_t *gradient; /* normals.h's layout, .w of VIEW_SIDE how far w n faces the viewer (per
                                1 of it along the surface); NULL where unlit */
     } level[PYRAMID_LEVELS_MAX];

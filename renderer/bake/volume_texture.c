@@ -52,9 +52,9 @@ static void free_entry(struct bake_cache *cache, struct entry *entry) {
     cache->bytes -= entry->bytes;
     const struct baked *b = &entry->baked;
     /* Names of 0 are ignored by the GL. */
-    glDeleteTextures(8, (const GLuint[]){b->medium, b->solid, b->medium_gradient, b->solid_gradient,
+    glDeleteTextures(9, (const GLuint[]){b->medium, b->solid, b->medium_gradient, b->solid_gradient,
                                          b->medium_mips, b->gradient_mips, b->medium_views,
-                                         b->gradient_views});
+                                         b->gradient_views, b->left_views});
     free(entry);
 }
 
@@ -212,21 +212,26 @@ static enum status add_views(struct work *work, bool lit, const double aspect[2]
     memcpy(baked->aspect, aspect, sizeof baked->aspect);
     enter_stage(work, REPORT_STAGE_upload);
     bool medium = !baked->medium_views && pyramid.count > 0;
-    if (medium)
+    if (medium) {
         baked->medium_views = make_array(&pyramid, GL_RGBA32F);
+        baked->left_views = make_array(&pyramid, GL_R32F);
+    }
     if (lit && pyramid.count > 0)
         baked->gradient_views = make_array(&pyramid, GL_RGBA16F);
     for (int l = 0; l < pyramid.count; l++) {
         const struct view_level *level = &pyramid.level[l];
         int width = level->size[0], height = level->size[1], layers = pyramid.layers * VIEW_SIDES;
         uint64_t texels = (uint64_t)width * (uint64_t)height * (uint64_t)layers;
-        if (medium)
+        if (medium) {
             glTextureSubImage3D(baked->medium_views, l, 0, 0, 0, width, height, layers, GL_RGBA,
                                 GL_FLOAT, level->medium);
+            glTextureSubImage3D(baked->left_views, l, 0, 0, 0, width, height, layers, GL_RED,
+                                GL_FLOAT, level->left);
+        }
         if (lit)
             glTextureSubImage3D(baked->gradient_views, l, 0, 0, 0, width, height, layers, GL_RGBA,
                                 GL_HALF_FLOAT, level->gradient);
-        work->uploaded += texels * ((medium ? 16 : 0) + (lit ? 8 : 0));
+        work->uploaded += texels * ((medium ? 20 : 0) + (lit ? 8 : 0));
     }
     view_pyramid_finish(&pyramid);
     return gl_check("uploading a filtered material", work->err);

@@ -33,7 +33,7 @@ struct baked {
     /* Beside `medium` and `medium_gradient`: GL_TEXTURE_2D_ARRAY over (u, v), view_pyramid.h, of half
      * as many texels along u and v and all coarser levels; 0 until the material is asked for with the
      * filter `view`, and where u and v are of one voxel each. */
-    GLuint medium_views, gradient_views;
+    GLuint medium_views, left_views, gradient_views;
     double aspect[2]; /* that they were made for */
 };
 

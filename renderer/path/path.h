@@ -128,6 +128,7 @@ static inline void path_object_bind_medium(const struct path_object *object, GLu
     glBindTextureUnit(gradient, mips ? baked->gradient_mips : baked->medium_gradient);
     if (object->filter == SCENE_FILTER_VIEW) {
         glBindTextureUnit(BINDING_VIEW, baked->medium_views);
+        glBindTextureUnit(BINDING_VIEW_LEFT, baked->left_views);
         glBindTextureUnit(BINDING_VIEW_GRADIENT, baked->gradient_views);
     }
 }

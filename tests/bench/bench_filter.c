@@ -12,7 +12,7 @@
 #include "api/scene.h"
 #include "renderer/render.h"
 
-enum { SIDE = 256, TRUTH = 64 };
+enum { TRUTH = 64 };
 
 static const struct subject {
     const char *name, *objects, *lights;
@@ -64,7 +64,7 @@ static void draw(const struct subject *subject, double distance, double turn, in
     snprintf(object, sizeof object, subject->objects, quality);
     double c = cos(turn), s = sin(turn);
     const double *eye = subject->eye;
-    int side = (int)lround(fmax(SIDE / distance, 4));
+    int side = (int)lround((distance < 16 ? 256 : 512) / distance);
     snprintf(json, sizeof json,
              "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"camera\": {\"eye\": [%g, "
              "%g, %g], \"fov_y_deg\": %g}, \"lights\": %s, \"objects\": [%s]}",
@@ -99,7 +99,7 @@ int main(int argc, char **argv) {
         if (argc > 1 && strcmp(argv[1], "all") != 0 && strcmp(argv[1], subjects[s].name) != 0)
             continue;
         for (size_t d = 0; d < sizeof distances / sizeof *distances; d++) {
-            int views = distances[d] < 4 ? 1 : distances[d] < 16 ? 2 : 8;
+            int views = distances[d] < 4 ? 1 : distances[d] < 16 ? 2 : distances[d] < 64 ? 4 : 24;
             double sum[16] = {0}, bias[16] = {0}, ms[17] = {0};
             size_t count = 0;
             for (int v = 0; v < views; v++) {

@@ -1,0 +1,114 @@
+/* Filtering against 64-fold supersampling: one sample a pixel, through each filter, compared with the
+ * mean of 64 unfiltered ones, at several distances; the picture shrinks with the distance, so that
+ * the object keeps its size in it. RMSE is over the pixels that the 64 samples drew on, premultiplied
+ * linear, of `views` views around the object. Prints one JSON object a line; bench.py makes the table.
+ *
+ *   bench_filter [SCENE [FILTER...]] */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/scene.h"
+#include "renderer/render.h"
+
+enum { SIDE = 128, TRUTH = 64 };
+
+static const struct subject {
+    const char *name, *objects, *lights;
+    double eye[3];
+} subjects[] = {
+#define LIGHT "[{\"direction\": [-1, 1, -2], \"color\": [3, 3, 3]}]"
+    {"clouds-69.295-0", "{\"shell\": {\"mesh\": {\"shape\": \"plane\", \"size\": [16, 16]}, \"thickness\": 0.12, \"tiles\": [96, 96], \"material\": {\"builtin\": \"clouds\", \"lit\": false}}%s}", LIGHT, {3.72296, -0.373542, 1.41423}},
+    {"clouds-69.295-45", "{\"shell\": {\"mesh\": {\"shape\": \"plane\", \"size\": [16, 16]}, \"thickness\": 0.12, \"tiles\": [96, 96], \"material\": {\"builtin\": \"clouds\", \"lit\": false}}%s}", LIGHT, {2.89666, 2.3684, 1.41423}},
+    {"clouds-69.295-90", "{\"shell\": {\"mesh\": {\"shape\": \"plane\", \"size\": [16, 16]}, \"thickness\": 0.12, \"tiles\": [96, 96], \"material\": {\"builtin\": \"clouds\", \"lit\": false}}%s}", LIGHT, {0.373542, 3.72296, 1.41423}},
+    {"clouds-69.295-180", "{\"shell\": {\"mesh\": {\"shape\": \"plane\", \"size\": [16, 16]}, \"thickness\": 0.12, \"tiles\": [96, 96], \"material\": {\"builtin\": \"clouds\", \"lit\": false}}%s}", LIGHT, {-3.72296, 0.373542, 1.41423}},
+    {"clouds-69.295-270", "{\"shell\": {\"mesh\": {\"shape\": \"plane\", \"size\": [16, 16]}, \"thickness\": 0.12, \"tiles\": [96, 96], \"material\": {\"builtin\": \"clouds\", \"lit\": false}}%s}", LIGHT, {-0.373542, -3.72296, 1.41423}},
+};
+
+static enum status no_asset(void *user, const char *name, const char *pointer,
+                            struct asset_bytes *bytes, struct error *err) {
+    (void)user;
+    (void)bytes;
+    return error_fault(err, STATUS_ASSET_NOT_FOUND, pointer, "no asset %s", name);
+}
+
+static struct renderer *renderer;
+
+static void draw(const struct subject *subject, double distance, double turn, int samples,
+                 const char *filter, struct render_result *result) {
+    char json[4096], object[2048], quality[128];
+    snprintf(quality, sizeof quality, ", \"quality\": {%s}", filter);
+    snprintf(object, sizeof object, subject->objects, quality);
+    double c = cos(turn), s = sin(turn);
+    const double *eye = subject->eye;
+    int side = (int)lround(fmax(SIDE / distance, 4));
+    snprintf(json, sizeof json,
+             "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"camera\": {\"eye\": [%g, "
+             "%g, %g], \"fov_y_deg\": %g}, \"lights\": %s, \"objects\": [%s]}",
+             side, side, samples, distance * (c * eye[0] - s * eye[1]),
+             distance * (s * eye[0] + c * eye[1]), distance * eye[2],
+             360 / M_PI * atan(tan(20 * M_PI / 180) / distance), subject->lights, object);
+    struct arena arena = {0};
+    struct scene scene;
+    struct error err = {0};
+    struct asset_source assets = {.open = no_asset};
+    enum status status = scene_read(json, strlen(json), &arena, &scene, &err);
+    if (status == STATUS_OK)
+        status = renderer_render(renderer, &scene, &assets, result, &err);
+    if (status != STATUS_OK) {
+        fprintf(stderr, "%s\n", err.fault_count ? err.faults[0].message : "failed");
+        exit(1);
+    }
+    error_clear(&err);
+    arena_free(&arena);
+}
+
+int main(int argc, char **argv) {
+    struct renderer_options options = {.device = -1};
+    struct error err = {0};
+    if (renderer_create(&options, &renderer, &err) != STATUS_OK)
+        return 1;
+    static const char *all[] = {"\"filter\": \"none\"", "\"filter\": \"mip\"", "\"filter\": \"view\""};
+    const char *const *filters = argc > 2 ? (const char *const *)argv + 2 : all;
+    int filter_count = argc > 2 ? argc - 2 : 3;
+    static const double distances[] = {32};
+    for (size_t s = 0; s < sizeof subjects / sizeof *subjects; s++) {
+        if (argc > 1 && strcmp(argv[1], "all") != 0 && strcmp(argv[1], subjects[s].name) != 0)
+            continue;
+        for (size_t d = 0; d < sizeof distances / sizeof *distances; d++) {
+            int views = 1 ? 1 : distances[d] < 4 ? 1 : distances[d] < 16 ? 2 : 8;
+            double sum[16] = {0}, bias[16] = {0}, ab[16]={0}, ms[17] = {0};
+            size_t count = 0; struct render_result test; double tr=0;
+            for (int v = 0; v < views; v++) {
+                struct render_result truth;
+                double turn = 2 * M_PI * v / views + 0.1;
+                draw(&subjects[s], distances[d], turn, TRUTH, all[0], &truth);
+                ms[16] += truth.report.stage_ms[REPORT_STAGE_draw];
+                for (int f = 0; f < filter_count; f++) {
+                    draw(&subjects[s], distances[d], turn, 1, filters[f], &test);
+                    ms[f] += test.report.stage_ms[REPORT_STAGE_draw];
+                    for (size_t p = 0; p < (size_t)truth.width * (size_t)truth.height; p++) {
+                        if (!(truth.pixels[4 * p + 3] > 0))
+                            continue;
+                        count += f == 0;
+                        for (size_t i = 0; i < 4; i++) {
+                            double e = (double)test.pixels[4 * p + i] - (double)truth.pixels[4 * p + i];
+                            sum[f] += e * e / 4; ab[f] += i==3 ? e : 0; tr += i==3&&f==0 ? (double)truth.pixels[4*p+i] : 0;
+                            bias[f] += i < 3 ? e / 3 : 0;
+                        }
+                    }
+                    free(test.pixels);
+                }
+                render_result_finish(&truth);
+            }
+            for (int f = 0; f < filter_count; f++)
+                printf("%-16s %3g x  %-24s rmse %.5f  bias %+.5f  bake %.0f ms alpha bias %+.4f of %.4f\n",
+                       subjects[s].name, distances[d], filters[f], sqrt(sum[f] / (double)count),
+                       bias[f] / (double)count, test.report.stage_ms[REPORT_STAGE_bake], ab[f]/(double)count, tr/(double)count);
+            fflush(stdout);
+        }
+    }
+    renderer_destroy(renderer);
+    return 0;
+}
