@@ -14,6 +14,47 @@
  * axis i of the texture, extinction is that of an ellipsoid, sigma^2 = sum (sigma_i cos_i)^2, as projected
  * areas are (Heitz et al. 2015, SGGX): strands along w, of which nothing is seen from above, have
  * sigma sin(theta) from elsewhere. Colours and normals are mixed by the parts of that sum. */
+#if (VARIANT & FLAG_FILTER) != 0
+
+/* Gradients of u, v and w where the way was last asked, for a unit of the object's length. */
+mat3 filter_rates(Way way) {
+    return mat3((way.X * way.du1.x + way.Y * way.du2.x) * way.scale,
+                (way.X * way.du1.y + way.Y * way.du2.y) * way.scale, way.Z * way.scale);
+}
+
+/* The sides of a sample's footprint at t; `at` is where the shell's frame begins. */
+vec3 footprint_x(float t, int at) {
+    return (frame[at + FRAME_OU].xyz + t * frame[at + FRAME_DU].xyz) * frame[at + FRAME_SCREEN].x;
+}
+
+vec3 footprint_y(float t, int at) {
+    return (frame[at + FRAME_OV].xyz + t * frame[at + FRAME_DV].xyz) * frame[at + FRAME_SCREEN].y;
+}
+
+/* Voxels along each axis; none where there is one alone, since along it nothing changes. */
+vec3 filter_voxels(int at) {
+    vec3 n = frame[at + FRAME_SIZE].xyz;
+    return mix(n, vec3(0.0), lessThan(n, vec3(1.5)));
+}
+
+/* log2 of a squared length of voxels, as a level; never below 0. */
+float level_of(float voxels2) {
+    return 0.5 * log2(clamp(voxels2 * (1.0 / 3.0), 1.0, 1.0e30));
+}
+
+/* Of cells that grow alike along all axes: by the axis and the side of the footprint that pass most
+ * voxels. */
+float mip_level(Way way, float t, int at) {
+    mat3 rates = filter_rates(way);
+    vec3 n = filter_voxels(at);
+    vec3 qx = (footprint_x(t, at) * rates) * n, qy = (footprint_y(t, at) * rates) * n;
+    return level_of(max(dot(qx, qx), dot(qy, qy)));
+}
+
+#endif
+
+/* A joint walk reads by itself: overlap.frag. */
+#ifndef SLOTS
 #if (VARIANT & FLAG_FILTER) == 0
 
 vec4 medium_at(vec3 q) {
@@ -28,33 +69,13 @@ vec3 gradient_at(vec3 q) {
 
 #else
 
-#ifndef BIAS
-#define BIAS 3.0
-#endif
-#define OVER_BOX (1.0 / BIAS) /* 1 / sqrt(3), squared */
-
-/* log2 of a squared length of voxels, as a level; never below 0. */
-float level_of(float voxels2) {
-    return 0.5 * log2(clamp(voxels2 * OVER_BOX, 1.0, 1.0e30));
-}
-
 #if (VARIANT & FLAG_FILTER_VIEW) == 0
 
 float filter_level;
 
 /* For the segment of `way` about t; the way was asked for a place in it, or begun by way_walk(). */
 void filter_begin(Way way, vec2 p, float t) {
-    vec3 fx = (frame[FRAME_OU].xyz + t * frame[FRAME_DU].xyz) * frame[FRAME_SCREEN].x;
-    vec3 fy = (frame[FRAME_OV].xyz + t * frame[FRAME_DV].xyz) * frame[FRAME_SCREEN].y;
-    /* Along an axis of one voxel nothing changes. */
-    vec3 n = frame[FRAME_SIZE].xyz;
-    n = mix(n, vec3(0.0), lessThan(n, vec3(1.5))) * way.scale;
-    vec3 gu = (way.X * way.du1.x + way.Y * way.du2.x) * n.x;
-    vec3 gv = (way.X * way.du1.y + way.Y * way.du2.y) * n.y;
-    vec3 gw = way.Z * n.z;
-    vec3 qx = vec3(dot(gu, fx), dot(gv, fx), dot(gw, fx));
-    vec3 qy = vec3(dot(gu, fy), dot(gv, fy), dot(gw, fy));
-    filter_level = level_of(max(dot(qx, qx), dot(qy, qy)));
+    filter_level = mip_level(way, t, 0);
 }
 
 vec4 medium_at(vec3 q) {
@@ -77,7 +98,7 @@ layout(binding = BINDING_VIEW_GRADIENT) uniform sampler2DArray gradient_views;
 
 /* The two of the sides that lie next to the ray's own slant. */
 struct Seen {
-    vec2 level;  /* 0: voxels; from 1 on: the array's own level, plus 1 */
+    float level; /* 0: voxels; from 1 on: the array's own level, plus 1 */
     vec2 first;  /* their first layers */
     vec2 finer;  /* layers of theirs that a thickness of way passes */
     vec2 share;  /* their parts of sigma^2; the sum is 1 */
@@ -86,44 +107,31 @@ struct Seen {
 vec2 seen_share; /* of the two at the last place that medium_at() was asked for */
 
 void filter_begin(Way way, vec2 p, float t) {
-    vec3 fx = (frame[FRAME_OU].xyz + t * frame[FRAME_DU].xyz) * frame[FRAME_SCREEN].x;
-    vec3 fy = (frame[FRAME_OV].xyz + t * frame[FRAME_DV].xyz) * frame[FRAME_SCREEN].y;
-    vec3 n = frame[FRAME_SIZE].xyz;
-    vec2 m = mix(n.xy, vec2(0.0), lessThan(n.xy, vec2(1.5)));
-    vec3 gu = (way.X * way.du1.x + way.Y * way.du2.x) * way.scale;
-    vec3 gv = (way.X * way.du1.y + way.Y * way.du2.y) * way.scale;
-    vec3 gw = way.Z * way.scale;
-    vec3 d = normalize(ray_direction(p));
-    vec3 along = vec3(dot(gu, d), dot(gv, d), dot(gw, d));
-    vec3 steep = vec3(dot(gu, gu), dot(gv, gv), dot(gw, gw));
-    vec3 cosines = along * inversesqrt(max(steep, 1.0e-37));
-    vec3 squares = cosines * cosines;
-    float sum = max(squares.x + squares.y + squares.z, 1.0e-37);
-    float cos2 = squares.z / sum;
-    vec2 between = cos2 > VIEW_COS2_1   ? vec2(1.0, VIEW_COS2_1)
-                   : cos2 > VIEW_COS2_2 ? vec2(VIEW_COS2_1, VIEW_COS2_2)
-                                        : vec2(VIEW_COS2_2, 0.0);
-    float slant = cos2 > VIEW_COS2_1 ? 0.0 : cos2 > VIEW_COS2_2 ? 1.0 : 2.0;
-    float side = slant + (along.z < 0.0 ? float(VIEW_ABOVE) : float(VIEW_BELOW));
-    seen.first = vec2(side, slant < 2.0 ? side + 1.0 : float(VIEW_SIDE)) * n.z;
-    seen.finer = vec2(sqrt(between.x), slant < 2.0 ? sqrt(between.y) : 1.0) * n.z;
-    seen.share.x = clamp((cos2 - between.y) / (between.x - between.y), 0.0, 1.0);
-    seen.share.x = along.z > 0.0 && frame[FRAME_STEP].w != 0.0 ? 0.0 : seen.share.x;
-    if (along.z > 0.0 && frame[FRAME_STEP].w != 0.0) {
-        seen.first.y = float(VIEW_SIDE) * n.z;
-        seen.finer.y = n.z;
-    }
+    mat3 rates = filter_rates(way);
+    vec3 n = filter_voxels(0), fx = footprint_x(t, 0), fy = footprint_y(t, 0);
+    vec3 along = normalize(ray_direction(p)) * rates;
+    vec3 steep = vec3(dot(rates[0], rates[0]), dot(rates[1], rates[1]), dot(rates[2], rates[2]));
+    vec3 cosines = along * inversesqrt(max(steep, 1.0e-37)), squares = cosines * cosines;
+    float surface2 = squares.x + squares.y, cos2 = squares.z / max(surface2 + squares.z, 1.0e-37);
+    seen.toward = -cosines.xy * inversesqrt(max(surface2, 1.0e-37));
+    bool down = along.z < 0.0;
+    float layers = frame[FRAME_SIZE].z, slant = cos2 > VIEW_COS2_1 ? 0.0 : cos2 > VIEW_COS2_2 ? 1.0 : 2.0;
+    vec2 nodes = slant == 0.0 ? vec2(1.0, VIEW_COS2_1)
+                 : slant == 1.0 ? vec2(VIEW_COS2_1, VIEW_COS2_2)
+                                : vec2(VIEW_COS2_2, 0.0);
+    seen.share.x = clamp((cos2 - nodes.y) / (nodes.x - nodes.y), 0.0, 1.0);
+    seen.finer = vec2(sqrt(nodes.x), slant < 2.0 ? sqrt(nodes.y) : 1.0) * layers;
+    float side = slant + (down ? float(VIEW_ABOVE) : float(VIEW_BELOW));
+    seen.first = vec2(side, slant < 2.0 ? side + 1.0 : float(VIEW_SIDE)) * layers;
+    /* Over a base nothing comes from below: what goes up has come in from the side. */
+    bool grazes = !down && frame[FRAME_STEP].w != 0.0;
+    seen.share.x = grazes ? 0.0 : seen.share.x;
     seen.share.y = 1.0 - seen.share.x;
-    seen.toward = -cosines.xy * inversesqrt(max(squares.x + squares.y, 1.0e-37));
-    /* Along w the pixel's parallelogram is slid along the ray into the layer, where it covers
-     * 1 / cos of what it does across the ray; not more than 4 times, where little is seen from there. */
-    vec2 ax = vec2(dot(gu, fx), dot(gv, fx)), ay = vec2(dot(gu, fy), dot(gv, fy));
-    float least = 0.25 * sqrt(steep.z);
-    float over = sign(along.z) / max(abs(along.z), least);
-    vec2 sx = (ax - along.xy * (dot(gw, fx) * over)) * m, sy = (ay - along.xy * (dot(gw, fy) * over)) * m;
-    vec2 wide = m * sqrt(steep.xy);
-    float across2 = max(dot(fx, fx), dot(fy, fy)) * max(wide.x * wide.x, wide.y * wide.y);
-    seen.level = vec2(level_of(across2));
+    seen.finer.y = grazes ? layers : seen.finer.y;
+    seen.first.y = grazes ? float(VIEW_SIDE) * layers : seen.first.y;
+    /* What the footprint covers across the ray: along it, the ray itself gathers. */
+    vec2 voxels2 = n.xy * n.xy * steep.xy;
+    seen.level = level_of(max(dot(fx, fx), dot(fy, fy)) * max(voxels2.x, voxels2.y));
 }
 
 vec4 seen_at(sampler2DArray views, vec3 q, float first, float level) {
@@ -149,13 +157,13 @@ vec4 medium_seen(vec3 q, float first, float level, float finer) {
 }
 
 vec4 medium_at(vec3 q) {
-    vec2 level = max(seen.level - 1.0, 0.0);
-    vec4 a = medium_seen(q, seen.first.x, level.x, seen.finer.x);
-    vec4 b = medium_seen(q, seen.first.y, level.y, seen.finer.y);
-    if (min(seen.level.x, seen.level.y) < 1.0) {
+    float level = max(seen.level - 1.0, 0.0);
+    vec4 a = medium_seen(q, seen.first.x, level, seen.finer.x);
+    vec4 b = medium_seen(q, seen.first.y, level, seen.finer.y);
+    if (seen.level < 1.0) {
         vec4 voxel = texture(medium, q);
-        a = mix(voxel, a, min(seen.level.x, 1.0));
-        b = mix(voxel, b, min(seen.level.y, 1.0));
+        a = mix(voxel, a, seen.level);
+        b = mix(voxel, b, seen.level);
     }
     seen_share = vec2(a.a * a.a, b.a * b.a) * seen.share;
     float sigma2 = seen_share.x + seen_share.y, sigma = sqrt(sigma2);
@@ -171,14 +179,14 @@ vec3 facing_of(vec4 seen_from) {
 
 /* After medium_at(q). */
 vec3 gradient_at(vec3 q) {
-    vec2 level = max(seen.level - 1.0, 0.0);
-    vec3 a = facing_of(seen_at(gradient_views, q, seen.first.x, level.x));
-    vec3 b = facing_of(seen_at(gradient_views, q, seen.first.y, level.y));
-    if (min(seen.level.x, seen.level.y) < 1.0) {
+    float level = max(seen.level - 1.0, 0.0);
+    vec3 a = facing_of(seen_at(gradient_views, q, seen.first.x, level));
+    vec3 b = facing_of(seen_at(gradient_views, q, seen.first.y, level));
+    if (seen.level < 1.0) {
         vec3 voxel = texture(medium_gradient, q).xyz;
         voxel /= length(voxel) + 0.01;
-        a = mix(voxel, a, min(seen.level.x, 1.0));
-        b = mix(voxel, b, min(seen.level.y, 1.0));
+        a = mix(voxel, a, seen.level);
+        b = mix(voxel, b, seen.level);
     }
     /* The gradient whose own weight is the length of that. */
     vec3 facing = seen_share.x * a + seen_share.y * b;
@@ -186,5 +194,6 @@ vec3 gradient_at(vec3 q) {
 }
 #endif
 
+#endif
 #endif
 #endif

@@ -91,71 +91,95 @@ struct beam {
     int steps;                 /* in a layer */
 };
 
-static int wrap(int cell, int size) {
-    int rest = cell % size;
-    return rest < 0 ? rest + size : rest;
+static int wrap(double cell, int size) {
+    double rest = cell - size * floor(cell / size);
+    return rest < size ? (int)rest : 0;
 }
 
-/* What lies at a place between the voxels of a layer: extinction-weighted colour, extinction, and w n
- * weighted likewise. */
-static void read_place(const struct source *source, const double place[2], int z, double voxel[4],
-                       double facing[3]) {
+/* Where the rays of one azimuth are at a step, from the voxels that they began in: cells on, and the
+ * shares of the four that lie about. */
+struct place {
+    int on[2];
+    float share[4];
+};
+
+static struct place place_of(const int n[3], const double drift[2], double layers) {
+    struct place place;
+    double rest[2];
+    for (int a = 0; a < 2; a++) {
+        double way = drift[a] * layers;
+        place.on[a] = wrap(floor(way), n[a]);
+        rest[a] = way - floor(way);
+    }
+    for (int k = 0; k < 4; k++)
+        place.share[k] =
+            (float)((k & 1 ? rest[0] : 1 - rest[0]) * (k >> 1 ? rest[1] : 1 - rest[1]));
+    return place;
+}
+
+/* What lies there: extinction-weighted colour, extinction, and w n weighted likewise. */
+static void read_place(const struct source *source, const struct place *place, int x, int y, int z,
+                       float voxel[4], float facing[3]) {
     const int *n = source->volume->size;
-    double low[2] = {floor(place[0]), floor(place[1])};
+    int column[2] = {x + place->on[0], 0}, row[2] = {y + place->on[1], 0};
+    column[0] -= column[0] >= n[0] ? n[0] : 0;
+    row[0] -= row[0] >= n[1] ? n[1] : 0;
+    column[1] = column[0] + 1 < n[0] ? column[0] + 1 : 0;
+    row[1] = row[0] + 1 < n[1] ? row[0] + 1 : 0;
     for (int k = 0; k < 4; k++) {
-        int right = k & 1, back = k >> 1;
-        double x = place[0] - low[0], y = place[1] - low[1];
-        double part = (right ? x : 1 - x) * (back ? y : 1 - y);
-        if (!(part > 0))
-            continue;
-        size_t index = voxel_index(source, wrap((int)low[0] + right, n[0]),
-                                   wrap((int)low[1] + back, n[1]), z);
+        size_t index = voxel_index(source, column[k & 1], row[k >> 1], z);
         const float *from = source->volume->medium + 4 * index;
+        float part = place->share[k];
         for (int c = 0; c < 4; c++)
-            voxel[c] += part * (double)from[c];
+            voxel[c] += part * from[c];
         for (int c = 0; c < 3 && source->facing; c++)
-            facing[c] += part * (double)from[3] * (double)source->facing[3 * index + (size_t)c];
+            facing[c] += part * from[3] * source->facing[3 * index + (size_t)c];
     }
 }
 
-static void go_through(const double voxel[4], const double facing[3], double length, int azimuth,
-                       double *tau, struct column *column) {
-    column->sigma += voxel[3] * length;
+static void go_through(const float voxel[4], const float facing[3], double length, int azimuth,
+                       double *left, struct column *column) {
+    column->sigma += (double)voxel[3] * length;
     if (!(voxel[3] > 0))
         return;
-    double own = voxel[3] * length, shown = exp(-*tau) * -expm1(-own);
-    *tau = fmin(*tau + own, DEEPEST);
+    double lost = -expm1(-(double)voxel[3] * length), shown = *left * lost;
+    *left = fmax(*left * (1 - lost), exp(-DEEPEST));
     column->shown[azimuth] += shown;
     for (int c = 0; c < 3; c++) {
-        column->color[c] += shown * voxel[c] / voxel[3];
-        column->facing[azimuth][c] += shown * facing[c] / voxel[3];
+        column->color[c] += shown * (double)(voxel[c] / voxel[3]);
+        column->facing[azimuth][c] += shown * (double)(facing[c] / voxel[3]);
     }
 }
 
-/* All rays of one azimuth through layer z, the i-th that they meet; each is added to the column that
- * it is in half way. */
+/* The most steps in a layer: where a slant passes over more voxels than that, one knows nothing of the
+ * next. */
+enum { STEPS_MAX = 8 };
+
+/* All rays through layer z, the i-th that they meet; each is added to the column that it is in half
+ * way. Neighbours have different azimuths, and four by four all. */
 static void pass_layer(const struct source *source, const struct beam *beam, int z, int i,
-                       double *tau, struct column *columns) {
+                       double *left, struct column *columns) {
     const int *n = source->volume->size;
     double length = beam->secant / n[2] / beam->steps;
+    struct place place[AZIMUTHS][STEPS_MAX], to[AZIMUTHS];
+    for (int k = 0; k < beam->azimuths; k++) {
+        to[k] = place_of(n, beam->drift[k], i + 0.5);
+        for (int step = 0; step < beam->steps; step++)
+            place[k][step] = place_of(n, beam->drift[k], i + (step + 0.5) / beam->steps);
+    }
     for (int y = 0; y < n[1]; y++)
         for (int x = 0; x < n[0]; x++) {
             int azimuth = beam->azimuths > 1 ? (x & 1) + 2 * (y & 1) : 0;
-            const double *drift = beam->drift[azimuth];
             size_t ray = (size_t)y * (size_t)n[0] + (size_t)x;
-            struct column column = {.before = exp(-tau[ray])};
-            double start[2] = {x + fmod(i * drift[0], n[0]), y + fmod(i * drift[1], n[1])};
+            struct column column = {.count = 1, .before = left[ray]};
             for (int step = 0; step < beam->steps; step++) {
-                double on = (step + 0.5) / beam->steps, voxel[4] = {0}, facing[3] = {0};
-                const double place[2] = {start[0] + on * drift[0], start[1] + on * drift[1]};
-                read_place(source, place, z, voxel, facing);
-                go_through(voxel, facing, length, azimuth, &tau[ray], &column);
+                float voxel[4] = {0}, facing[3] = {0};
+                read_place(source, &place[azimuth][step], x, y, z, voxel, facing);
+                go_through(voxel, facing, length, azimuth, &left[ray], &column);
             }
             column.sigma /= length * beam->steps;
-            column.count = 1;
-            size_t to = (size_t)wrap((int)lround(start[1] + drift[1] / 2), n[1]) * (size_t)n[0] +
-                        (size_t)wrap((int)lround(start[0] + drift[0] / 2), n[0]);
-            add_column(&columns[to], &column, 1.0);
+            int at[2] = {(x + to[azimuth].on[0]) % n[0], (y + to[azimuth].on[1]) % n[1]};
+            add_column(&columns[(size_t)at[1] * (size_t)n[0] + (size_t)at[0]], &column, 1.0);
         }
 }
 
@@ -207,10 +231,6 @@ static void write_layer(const struct view_level *level, const struct column *col
     }
 }
 
-/* The most steps in a layer: where a slant passes over more voxels than that, one knows nothing of the
- * next. */
-enum { STEPS_MAX = 8 };
-
 static struct beam beam_of(const struct source *source, const double aspect[2], bool above,
                            int slant) {
     static const double cos2[VIEW_SLANTS] = {1, VIEW_COS2_1, VIEW_COS2_2};
@@ -236,18 +256,20 @@ static enum status look_through(const struct source *source, const struct beam *
                                 struct view_pyramid *pyramid) {
     const int *n = source->volume->size;
     size_t count = (size_t)n[0] * (size_t)n[1];
-    double *tau = calloc(count, sizeof *tau);
+    double *left = malloc(count * sizeof *left);
     struct column *columns = malloc(2 * count * sizeof *columns);
-    if (!tau || !columns) {
-        free(tau);
+    if (!left || !columns) {
+        free(left);
         free(columns);
         return STATUS_OUT_OF_MEMORY;
     }
+    for (size_t k = 0; k < count; k++)
+        left[k] = 1;
     for (int i = 0; i < n[2]; i++) {
         int z = beam->above ? n[2] - 1 - i : i;
         struct column *fine = columns, *coarse = columns + count;
         memset(fine, 0, count * sizeof *fine);
-        pass_layer(source, beam, z, i, tau, fine);
+        pass_layer(source, beam, z, i, left, fine);
         const int *from = n;
         for (int l = 0; l < pyramid->count; l++) {
             const struct view_level *level = &pyramid->level[l];
@@ -259,7 +281,7 @@ static enum status look_through(const struct source *source, const struct beam *
             from = level->size;
         }
     }
-    free(tau);
+    free(left);
     free(columns);
     return STATUS_OK;
 }
@@ -364,55 +386,53 @@ static void add_axis(const float *sums, size_t cells, size_t cell, int layers, d
 }
 
 struct side_work {
-    struct ray *rays;    /* of one layer, and room for the next level's */
-    float *sums[2];      /* for each axis, of one level: layer, cell, SIDE_SUMS */
+    struct ray *rays; /* of one layer, and room for the next level's */
+    float *sums[2];   /* for each axis: level, layer, cell, SIDE_SUMS */
     double *below, *of_cell;
 };
 
-/* All rays of a layer along an axis, through cells of level l (0: of two voxels, or three). */
-static const struct ray *trace_layer(const struct source *source, const struct view_pyramid *pyramid,
-                                     int l, int axis, int z, double length, struct ray *rays) {
+/* All rays of a layer along an axis, through the cells of each level in turn. */
+static void trace_layer(const struct source *source, const struct view_pyramid *pyramid, int axis,
+                        int z, double length, struct side_work *work) {
     const int *n = source->volume->size;
     int lines = n[1 - axis], from = n[axis];
-    struct ray *fine = rays, *coarse = rays + (size_t)n[0] * (size_t)n[1];
+    struct ray *fine = work->rays, *coarse = work->rays + (size_t)n[0] * (size_t)n[1];
     for (int line = 0; line < lines; line++)
         for (int i = 0; i < from; i++) {
-            size_t index = axis == 0 ? voxel_index(source, i, line, z) : voxel_index(source, line, i, z);
+            int at[2] = {i, line};
+            size_t index = voxel_index(source, at[axis], at[1 - axis], z);
             fine[(size_t)line * (size_t)from + (size_t)i] =
                 ray_in_voxel(source, index, length / from);
         }
-    for (int k = 0; k <= l; k++) {
-        int to = pyramid->level[k].size[axis];
-        for (int line = 0; line < lines; line++)
-            for (int i = 0; i < to; i++) {
-                struct cover cover = cover_of(from, to, i);
+    float *sums = work->sums[axis];
+    for (int l = 0; l < pyramid->count; l++) {
+        const int *size = pyramid->level[l].size;
+        int to = size[axis];
+        for (int i = 0; i < to; i++) {
+            struct cover cover = cover_of(from, to, i);
+            for (int line = 0; line < lines; line++) {
                 struct ray ray = {0};
                 for (int j = cover.first; j <= cover.last; j++)
                     go_on(&ray, &fine[(size_t)line * (size_t)from + (size_t)j],
                           share_of(&cover, j));
                 coarse[(size_t)line * (size_t)to + (size_t)i] = ray;
             }
+        }
+        size_t cells = (size_t)size[0] * (size_t)size[1];
+        mean_of_rays(coarse, lines, axis, size, sums + (size_t)z * cells * SIDE_SUMS);
+        sums += cells * (size_t)n[2] * SIDE_SUMS;
         struct ray *swap = fine;
         fine = coarse;
         coarse = swap;
         from = to;
     }
-    return fine;
 }
 
-static void look_from_sides(const struct source *source, const double aspect[2],
-                            const struct view_pyramid *pyramid, int l, struct side_work *work) {
-    const struct view_level *level = &pyramid->level[l];
-    const int *n = source->volume->size;
-    int layers = n[2];
+/* `sums`: of this level, for each axis. */
+static void write_side(const struct view_level *level, const double aspect[2], int layers,
+                       float *const sums[2], const struct side_work *work) {
     size_t cells = (size_t)level->size[0] * (size_t)level->size[1];
-    for (int axis = 0; axis < 2; axis++)
-        for (int z = 0; z < layers; z++)
-            mean_of_rays(trace_layer(source, pyramid, l, axis, z, aspect[axis], work->rays),
-                         n[1 - axis], axis, level->size,
-                         work->sums[axis] + (size_t)z * cells * SIDE_SUMS);
-    /* As high as wide. */
-    double length[2], height = 0;
+    double length[2], height = 0; /* as high as wide */
     for (int axis = 0; axis < 2; axis++) {
         length[axis] = aspect[axis] / level->size[axis];
         height += length[axis] * layers / 2;
@@ -420,16 +440,16 @@ static void look_from_sides(const struct source *source, const double aspect[2],
     for (size_t cell = 0; cell < cells; cell++) {
         memset(work->of_cell, 0, (size_t)layers * SIDE_SUMS * sizeof *work->of_cell);
         for (int axis = 0; axis < 2; axis++)
-            add_axis(work->sums[axis], cells, cell, layers, height, length[axis], work->below,
+            add_axis(sums[axis], cells, cell, layers, height, length[axis], work->below,
                      work->of_cell);
         for (int z = 0; z < layers; z++) {
             const double *sum = work->of_cell + z * SIDE_SUMS;
             double color[3], facing[4], lost = -expm1(-sum[LOST] / layers);
             double over = sum[LOST] > 0 ? lost / sum[LOST] : 0;
-            for (int c = 0; c < 4; c++) {
-                color[c < 3 ? c : 0] = sum[COLOR + (c < 3 ? c : 0)] * over;
+            for (int c = 0; c < 3; c++)
+                color[c] = sum[COLOR + c] * over;
+            for (int c = 0; c < 4; c++)
                 facing[c] = sum[FACING + c] * over;
-            }
             write_texel(level, ((size_t)VIEW_SIDE * (size_t)layers + (size_t)z) * cells + cell, 1,
                         lost, lost, color, facing);
         }
@@ -438,17 +458,26 @@ static void look_from_sides(const struct source *source, const double aspect[2],
 
 static enum status look_along_surface(const struct source *source, const double aspect[2],
                                       const struct view_pyramid *pyramid) {
-    const int *n = source->volume->size, *most = pyramid->level[0].size;
-    size_t rays = (size_t)n[0] * (size_t)n[1], layers = (size_t)n[2];
-    size_t sums = (size_t)most[0] * (size_t)most[1] * layers * SIDE_SUMS;
+    const int *n = source->volume->size;
+    size_t rays = (size_t)n[0] * (size_t)n[1], layers = (size_t)n[2], cells = 0;
+    for (int l = 0; l < pyramid->count; l++)
+        cells += (size_t)pyramid->level[l].size[0] * (size_t)pyramid->level[l].size[1];
+    size_t sums = cells * layers * SIDE_SUMS;
     struct side_work work = {.rays = malloc(2 * rays * sizeof *work.rays),
-                             .sums = {malloc(sums * sizeof **work.sums),
-                                      malloc(sums * sizeof **work.sums)},
+                             .sums = {malloc((sums + 1) * sizeof **work.sums),
+                                      malloc((sums + 1) * sizeof **work.sums)},
                              .below = malloc((layers + 1) * SIDE_SUMS * sizeof *work.below),
                              .of_cell = malloc(layers * SIDE_SUMS * sizeof *work.of_cell)};
     bool whole = work.rays && work.sums[0] && work.sums[1] && work.below && work.of_cell;
-    for (int l = 0; l < pyramid->count && whole; l++)
-        look_from_sides(source, aspect, pyramid, l, &work);
+    for (int k = 0; k < 2 * n[2] && whole; k++)
+        trace_layer(source, pyramid, k % 2, k / 2, aspect[k % 2], &work);
+    size_t at = 0;
+    for (int l = 0; l < pyramid->count && whole; l++) {
+        const struct view_level *level = &pyramid->level[l];
+        float *const of_level[2] = {work.sums[0] + at, work.sums[1] + at};
+        write_side(level, aspect, n[2], of_level, &work);
+        at += (size_t)level->size[0] * (size_t)level->size[1] * layers * SIDE_SUMS;
+    }
     free(work.rays);
     free(work.sums[0]);
     free(work.sums[1]);

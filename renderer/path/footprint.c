@@ -81,6 +81,14 @@ static enum status refuse(const struct path_object *object, const char *why, str
     return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "%s", why);
 }
 
+/* Several media are walked through together (joint.h), which reads voxels or mips. */
+static bool alone(const struct path_object *objects, size_t count) {
+    size_t media = 0;
+    for (size_t i = 0; i < count; i++)
+        media += objects[i].shell && objects[i].walk && volume_has_medium(objects[i].volume);
+    return media <= 1;
+}
+
 enum status footprint_choose_filters(struct path_object *objects, size_t count, struct error *err) {
     for (size_t i = 0; i < count; i++) {
         struct path_object *object = &objects[i];
@@ -94,6 +102,11 @@ enum status footprint_choose_filters(struct path_object *objects, size_t count, 
             return refuse(object, "footprints are found by the prisms' own map", err);
         if (object->volume->homogeneous || !volume_has_medium(object->volume))
             continue;
+        if (asked == SCENE_FILTER_VIEW && object->walk && !alone(objects, count))
+            return refuse(object,
+                          "several media are walked through together, which what is seen from a side "
+                          "does not tell of: take `mip`, or `order` `sorted`",
+                          err);
         object->footprint = footprint_find(object).most;
         if (object->footprint > 1) {
             object->filter = asked;

@@ -325,8 +325,14 @@ static enum status prepare_media(struct walk_pass *pass, struct picture *picture
     stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
     for (uint32_t i = 0; i < count && status == STATUS_OK && !overlap.too_many; i++)
         status = upload_shell(pass, &picture->objects[object_of[i]], picture, err);
-    for (size_t i = 0; i < overlap.draw_count && status == STATUS_OK; i++)
+    for (size_t i = 0; i < overlap.draw_count && status == STATUS_OK; i++) {
         status = prepare_medium(pass, picture, &overlap.draw[i], object_of, err);
+        const struct path_object *first = &picture->objects[object_of[overlap.draw[i].shell[0]]];
+        if (overlap.draw[i].joint && first->filter == SCENE_FILTER_VIEW)
+            report_warn(picture->report, "filter-folds", first->pointer, overlap.samples, 0,
+                        "samples on whose ray folds of the shell overlap are not filtered: what is "
+                        "seen from a side is not known of several at once");
+    }
     overlap_finish(&overlap);
     return status;
 }
