@@ -22,6 +22,7 @@
 #include "renderer/contest.h"
 #include "renderer/drawing.h"
 #include "renderer/estimate.h"
+#include "renderer/far_solids.h"
 #include "renderer/force.h"
 #include "renderer/gl/clock.h"
 #include "renderer/gl/context.h"
@@ -215,6 +216,8 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
     status = force_objects(renderer->force, prepared, err);
     if (status == STATUS_OK)
         status = prepare_views(prepared, &report->resolved, world, err);
+    if (status == STATUS_OK)
+        status = far_solids(prepared, report, err);
     if (status == STATUS_OK && open)
         status = choice_decide(prepared, &report->resolved, world, may_walk, report, err);
     if (status == STATUS_OK)

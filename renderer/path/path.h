@@ -46,6 +46,7 @@ struct path_object {
     enum scene_slicing_method method; /* of the slicing path, never `auto` */
     bool fp64;                        /* rays meet its cells in doubles (shell/precision.h) */
     enum scene_filter filter; /* of its voxels, never `auto` */
+    bool far_solid;           /* its solid is drawn as a medium (renderer/far_solids.h) */
     double footprint;         /* the largest of any sample, in voxels (footprint.h) */
     bool exact; /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
