@@ -104,7 +104,8 @@ struct Seen {
     vec2 share;  /* their parts of sigma^2; the sum is 1 */
     vec2 toward; /* to the viewer, along the surface */
 } seen;
-vec2 seen_share; /* of the two at the last place that medium_at() was asked for */
+/* Of the two at the last place that medium_at() was asked for: their parts; 1 / what is lost there. */
+vec2 seen_share, seen_over;
 
 void filter_begin(Way way, vec2 p, float t) {
     mat3 rates = filter_rates(way);
@@ -149,17 +150,18 @@ float depth_of(float h) {
 
 /* What is lost in a layer of what is left, as a medium. A layer that lets nothing through lets
  * 1e-6 through: more is not seen, and 1 - h has no more digits. */
-vec4 medium_seen(vec3 q, float first, float level, float finer) {
+vec4 medium_seen(vec3 q, float first, float level, float finer, out float over) {
     vec4 lost = seen_at(medium_views, q, first, level);
     float left = seen_at(left_views, q, first, level).r;
     float sigma = depth_of(min(lost.a / max(left, 1.0e-37), 1.0 - 1.0e-6)) * finer;
-    return vec4(lost.rgb * (sigma / max(lost.a, 1.0e-37)), sigma);
+    over = 1.0 / max(lost.a, 1.0e-37);
+    return vec4(lost.rgb * (sigma * over), sigma);
 }
 
 vec4 medium_at(vec3 q) {
     float level = max(seen.level - 1.0, 0.0);
-    vec4 a = medium_seen(q, seen.first.x, level, seen.finer.x);
-    vec4 b = medium_seen(q, seen.first.y, level, seen.finer.y);
+    vec4 a = medium_seen(q, seen.first.x, level, seen.finer.x, seen_over.x);
+    vec4 b = medium_seen(q, seen.first.y, level, seen.finer.y, seen_over.y);
     if (seen.level < 1.0) {
         vec4 voxel = texture(medium, q);
         a = mix(voxel, a, seen.level);
@@ -180,8 +182,8 @@ vec3 facing_of(vec4 seen_from) {
 /* After medium_at(q). */
 vec3 gradient_at(vec3 q) {
     float level = max(seen.level - 1.0, 0.0);
-    vec3 a = facing_of(seen_at(gradient_views, q, seen.first.x, level));
-    vec3 b = facing_of(seen_at(gradient_views, q, seen.first.y, level));
+    vec3 a = facing_of(seen_at(gradient_views, q, seen.first.x, level) * seen_over.x);
+    vec3 b = facing_of(seen_at(gradient_views, q, seen.first.y, level) * seen_over.y);
     if (seen.level < 1.0) {
         vec3 voxel = texture(medium_gradient, q).xyz;
         voxel /= length(voxel) + 0.01;

@@ -56,8 +56,8 @@ static void write_texel(const struct view_level *level, size_t index, double lef
     double over = shown > 0 ? 1 / shown : 0;
     for (int c = 0; c < 3; c++)
         out[c] = out[3] * (float)(color[c] * over);
-    for (int c = 0; c < 4 && level->gradient; c++)
-        level->gradient[4 * index + (size_t)c] = bake_half_from_float((float)(facing[c] * over));
+    for (int c = 0; c < 4 && level->facing; c++)
+        level->facing[4 * index + (size_t)c] = out[3] * (float)(facing[c] * over);
 }
 
 /* ---- from above, from below ---- */
@@ -247,7 +247,7 @@ static struct beam beam_of(const struct source *source, const double aspect[2], 
             beam.drift[k][a] = beam.way[k][a] * tangent / n[2] * n[a] / aspect[a];
             farthest = fmax(farthest, fabs(beam.drift[k][a]));
         }
-        beam.steps = (int)fmax(beam.steps, fmin(ceil(farthest), STEPS_MAX));
+        beam.steps = (int)fmax(2, fmin(ceil(2 * farthest), STEPS_MAX));
     }
     return beam;
 }
@@ -524,8 +524,8 @@ static enum status make_levels(const struct volume *volume, bool lit,
                         (size_t)volume->size[2] * VIEW_SIDES;
         level->medium = malloc(texels * 4 * sizeof *level->medium);
         level->left = malloc(texels * sizeof *level->left);
-        level->gradient = lit ? malloc(texels * 4 * sizeof *level->gradient) : NULL;
-        if (!level->medium || !level->left || (lit && !level->gradient))
+        level->facing = lit ? malloc(texels * 4 * sizeof *level->facing) : NULL;
+        if (!level->medium || !level->left || (lit && !level->facing))
             return STATUS_OUT_OF_MEMORY;
     }
     return STATUS_OK;
@@ -558,7 +558,7 @@ void view_pyramid_finish(struct view_pyramid *pyramid) {
     for (int l = 0; l < pyramid->count; l++) {
         free(pyramid->level[l].medium);
         free(pyramid->level[l].left);
-        free(pyramid->level[l].gradient);
+        free(pyramid->level[l].facing);
     }
     *pyramid = (struct view_pyramid){0};
 }

@@ -51,11 +51,12 @@ struct view_pyramid {
     int layers; /* of a side: size[2] of the volume */
     struct view_level {
         int size[2];
-        float *medium; /* VIEW_SIDES * layers images of size[0] x size[1] texels: VIEW_* of
-                          interface.h, each from the bottom up; struct volume's layout */
-        float *left;
-        uint16_t *gradient; /* normals.h's layout, .w of VIEW_SIDE how far w n faces the viewer (per
-                               1 of it along the surface); NULL where unlit */
+        /* VIEW_SIDES * layers images of size[0] x size[1] texels: VIEW_* of interface.h, each from
+         * the bottom up. */
+        float *medium; /* 4: T lost in the layer times its colour; T lost */
+        float *left;   /* 1: T, let through to the layer */
+        float *facing; /* 4: T lost times w n; times how far that faces the viewer, for each unit of the
+                          way to him along the surface. NULL where unlit */
     } level[PYRAMID_LEVELS_MAX];
 };
 

@@ -217,7 +217,7 @@ static enum status add_views(struct work *work, bool lit, const double aspect[2]
         baked->left_views = make_array(&pyramid, GL_R32F);
     }
     if (lit && pyramid.count > 0)
-        baked->gradient_views = make_array(&pyramid, GL_RGBA16F);
+        baked->gradient_views = make_array(&pyramid, GL_RGBA32F);
     for (int l = 0; l < pyramid.count; l++) {
         const struct view_level *level = &pyramid.level[l];
         int width = level->size[0], height = level->size[1], layers = pyramid.layers * VIEW_SIDES;
@@ -230,8 +230,8 @@ static enum status add_views(struct work *work, bool lit, const double aspect[2]
         }
         if (lit)
             glTextureSubImage3D(baked->gradient_views, l, 0, 0, 0, width, height, layers, GL_RGBA,
-                                GL_HALF_FLOAT, level->gradient);
-        work->uploaded += texels * ((medium ? 20 : 0) + (lit ? 8 : 0));
+                                GL_FLOAT, level->facing);
+        work->uploaded += texels * ((medium ? 20 : 0) + (lit ? 16 : 0));
     }
     view_pyramid_finish(&pyramid);
     return gl_check("uploading a filtered material", work->err);
