@@ -303,8 +303,10 @@ static enum status fulfil(struct renderer *renderer, const struct contest *conte
     struct picture *picture = drawing->picture;
     struct stage_clock *clock = picture->clock;
     struct report *report = &result->report;
+    struct scene filtered;
     struct measure measure = {
         .scene = scene,
+        .truth = measure_truth(scene, picture->objects, picture->object_count, &filtered),
         .camera = &report->resolved.camera,
         .assets = assets,
         .caches = &renderer->caches,
