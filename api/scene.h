@@ -179,7 +179,7 @@ struct scene_quality {
     enum scene_traversal traversal;
     enum scene_map map;
     enum scene_filter filter; /* tetra, slicing: of voxels smaller than a sample */
-    int slices; /* slicing: planes across the depth of all shells */
+    int slices;               /* slicing: planes across the depth of all shells */
     enum scene_slicing_method method;
     int rank;
     int iterations;

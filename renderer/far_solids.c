@@ -43,10 +43,11 @@ enum status far_solids(struct prepared *prepared, struct report *report, struct 
         struct footprint footprint = footprint_find(object);
         if (footprint.least < 1) {
             if (footprint.most > 1)
-                report_warn(report, "solid-not-filtered", object->pointer, 1, 0,
-                            "samples cover up to %.3g voxels of a solid, and others less than one: it "
-                            "is drawn unfiltered; more samples a pixel smooth it",
-                            footprint.most);
+                report_warn(
+                    report, "solid-not-filtered", object->pointer, 1, 0,
+                    "samples cover up to %.3g voxels of a solid, and others less than one: it "
+                    "is drawn unfiltered; more samples a pixel smooth it",
+                    footprint.most);
             continue;
         }
         if (!prepared->far)

@@ -29,8 +29,8 @@ enum status measure_reference(const struct measure *measure, struct report *repo
                               struct error *err);
 
 /* The scene that tells the truth of a picture. A filter is to give what many samples would, so a
- * filtered picture is held to their mean: it is the scene with MEASURE_SAMPLES positions a pixel, if
- * it has not more, and lies in *filtered. Of any other picture, the scene itself. */
+ * filtered picture is held to their mean: it is the scene with MEASURE_SAMPLES positions a pixel,
+ * if it has not more, and lies in *filtered. Of any other picture, the scene itself. */
 enum { MEASURE_SAMPLES = 64 };
 const struct scene *measure_truth(const struct scene *scene, const struct path_object *objects,
                                   size_t count, struct scene *filtered);

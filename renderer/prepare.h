@@ -30,7 +30,7 @@ struct prepared {
     size_t object_count;
     double bounds_min[3], bounds_max[3]; /* world */
     struct forced_volume *forced;        /* one for each object, or NULL */
-    struct forced_volume *far;           /* likewise: solids that are drawn as media (far_solids.h) */
+    struct forced_volume *far; /* likewise: solids that are drawn as media (far_solids.h) */
 };
 
 /* Acquires what every object needs. `scene` is the copy that becomes `resolved`. Sets *made where a

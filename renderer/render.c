@@ -411,10 +411,9 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         if (!object->shell || object->volume->homogeneous)
             continue;
         struct bake_filter filter = footprint_filter(object);
-        status = bake_acquire_filtered(renderer->textures, object->volume,
-                                       variant_needs_normals(object, picture.lights.count), &filter,
-                                       &object->baked, &report->cold, &report->work.upload_bytes,
-                                       &clock, err);
+        status = bake_acquire_filtered(
+            renderer->textures, object->volume, variant_needs_normals(object, picture.lights.count),
+            &filter, &object->baked, &report->cold, &report->work.upload_bytes, &clock, err);
         if (status != STATUS_OK)
             goto done;
     }

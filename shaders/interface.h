@@ -7,8 +7,8 @@
  * two (media of other objects are other draws); a homogeneous medium is unlit, its colour is its
  * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
  * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
- * by clipping; footprints are found by the prisms' own map, and are a medium's. The checks compile every variant for which this holds, and gl_programs_get() takes
- * no other. */
+ * by clipping; footprints are found by the prisms' own map, and are a medium's. The checks compile
+ * every variant for which this holds, and gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
 #define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
 #define VARIANT_MAKES_SENSE(v, known)                                                              \
@@ -38,7 +38,8 @@
 #define FLAG_EXACT       0x0800 /* texture coordinates by the prisms' own map, not the tetrahedra's */
 #define FLAG_SLOTS_1     0x1000 /* overlap: one slot more than two */
 #define FLAG_SLOTS_2     0x2000 /* overlap: two slots more */
-#define FLAG_FILTER      0x100000 /* voxels are read at the level of the footprint (common_filter.glsl) */
+#define FLAG_FILTER                                                                                \
+    0x100000 /* voxels are read at the level of the footprint (common_filter.glsl) */
 #define FLAG_FILTER_VIEW 0x200000 /* and by the side from which they are seen */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
 
@@ -90,12 +91,12 @@
 #define BINDING_CUTS            9  /* usamplerBuffer: what planes cut; slices do not walk */
 #define BINDING_MAPS            13 /* samplerBuffer: the prisms' own maps, prism_map.h */
 
-/* What is seen from each side, where footprints are larger than a voxel (renderer/bake/view_pyramid.h):
- * the layers of an array come one side after another. */
+/* What is seen from each side, where footprints are larger than a voxel
+ * (renderer/bake/view_pyramid.h): the layers of an array come one side after another. */
 #define BINDING_VIEW          14 /* sampler2DArray */
 #define BINDING_VIEW_GRADIENT 15
 #define BINDING_VIEW_LEFT     16 /* of no slot: joint walks know no sides */
-#define VIEW_ABOVE            0 /* at each of VIEW_SLANTS slants */
+#define VIEW_ABOVE            0  /* at each of VIEW_SLANTS slants */
 #define VIEW_BELOW            3
 #define VIEW_SIDE             6
 #define VIEW_SIDES            7

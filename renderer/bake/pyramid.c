@@ -155,8 +155,7 @@ enum status pyramid_make(const struct volume *volume, bool lit, struct pyramid *
         if (!level->medium || (lit && !level->gradient))
             status = STATUS_OUT_OF_MEMORY;
         else if (l == 0)
-            status =
-                lit ? bake_gradients(volume, BAKE_FIELD_MEDIUM, level->gradient) : STATUS_OK;
+            status = lit ? bake_gradients(volume, BAKE_FIELD_MEDIUM, level->gradient) : STATUS_OK;
         else
             fill_level(level - 1, level);
     }

@@ -5,10 +5,12 @@
  * and "the color (weighted by the opacity) of the combined layers" is averaged "in the two other
  * (horizontal) dimensions as it is done in a regular mipmap".
  *
- * In Pelt's terms, with sigma the extinction (times the thickness), c its colour, and depth the part
- * of the thickness that a source layer fills, from the top down over the layers of a coarser one:
+ * In Pelt's terms, with sigma the extinction (times the thickness), c its colour, and depth the
+ * part of the thickness that a source layer fills, from the top down over the layers of a coarser
+ * one:
  *
- *   tau_i = sigma_i depth_i,  T_0 = 1,  T_i = T_(i-1) exp(-tau_i),  E = sum T_(i-1) (1 - exp(-tau_i)) c_i
+ *   tau_i = sigma_i depth_i,  T_0 = 1,  T_i = T_(i-1) exp(-tau_i),  E = sum T_(i-1) (1 -
+ * exp(-tau_i)) c_i
  *
  * and across the columns k of area a_k (sum 1)
  *
@@ -21,10 +23,10 @@
  * it, and a coarse cell covers n / floor(n / 2) finer ones, 2 to 3, those at its ends in part. An
  * axis of one voxel stays so. u and v are periodic: cells begin at 0, and none crosses the seam.
  *
- * Normals: the mean over a cell of what light falls on, w n, with n a voxel's normal (per voxel) and w
- * its weight g / (g + 0.01) (DESIGN.md), weighted as colours are. Its length |M| is the share of the
- * light that still has a direction. It is kept as the gradient whose own weight is |M|, so that
- * shading needs to know nothing of it: g' = 0.01 |M| / (1 - |M|). */
+ * Normals: the mean over a cell of what light falls on, w n, with n a voxel's normal (per voxel)
+ * and w its weight g / (g + 0.01) (DESIGN.md), weighted as colours are. Its length |M| is the share
+ * of the light that still has a direction. It is kept as the gradient whose own weight is |M|, so
+ * that shading needs to know nothing of it: g' = 0.01 |M| / (1 - |M|). */
 #ifndef PELT_RENDERER_BAKE_PYRAMID_H
 #define PELT_RENDERER_BAKE_PYRAMID_H
 

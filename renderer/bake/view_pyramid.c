@@ -1,6 +1,6 @@
 /* See view_pyramid.h: from above and below layer by layer, every level at once, since means are
- * additive; from the sides axis by axis, rays through cells of one level being put together of those
- * of the level before. */
+ * additive; from the sides axis by axis, rays through cells of one level being put together of
+ * those of the level before. */
 #include "renderer/bake/view_pyramid.h"
 
 #include <math.h>
@@ -46,7 +46,8 @@ static size_t voxel_index(const struct source *source, int x, int y, int z) {
 static const double LEAST_LEFT = 1e-30;
 
 /* `left` is let through to a layer, `shown` of it is lost there, in which `color` and `facing` are
- * contained; `plain` is what a layer of the mean extinction would lose, for where nothing is left. */
+ * contained; `plain` is what a layer of the mean extinction would lose, for where nothing is left.
+ */
 static void write_texel(const struct view_level *level, size_t index, double left, double shown,
                         double plain, const double color[3], const double facing[4]) {
     float *out = level->medium + 4 * index;
@@ -80,12 +81,11 @@ static void add_column(struct column *to, const struct column *from, double shar
         sum[i] += share * one[i];
 }
 
-
 /* Rays that come through the layers one way, from as many azimuths. */
 struct beam {
     bool above;
-    double secant;  /* of the slant */
-    int azimuths;   /* 1, or AZIMUTHS */
+    double secant;             /* of the slant */
+    int azimuths;              /* 1, or AZIMUTHS */
     double way[AZIMUTHS][2];   /* along the surface: unit vectors */
     double drift[AZIMUTHS][2]; /* voxels a layer along u and v */
     int steps;                 /* in a layer */
@@ -96,8 +96,8 @@ static int wrap(double cell, int size) {
     return rest < size ? (int)rest : 0;
 }
 
-/* Where the rays of one azimuth are at a step, from the voxels that they began in: cells on, and the
- * shares of the four that lie about. */
+/* Where the rays of one azimuth are at a step, from the voxels that they began in: cells on, and
+ * the shares of the four that lie about. */
 struct place {
     int on[2];
     float share[4];
@@ -151,8 +151,8 @@ static void go_through(const float voxel[4], const float facing[3], double lengt
     }
 }
 
-/* The most steps in a layer: where a slant passes over more voxels than that, one knows nothing of the
- * next. */
+/* The most steps in a layer: where a slant passes over more voxels than that, one knows nothing of
+ * the next. */
 enum { STEPS_MAX = 8 };
 
 /* All rays through layer z, the i-th that they meet; each is added to the column that it is in half
@@ -317,13 +317,14 @@ static struct ray ray_in_voxel(const struct source *source, size_t index, double
     for (int end = 0; end < 2 && sigma > 0; end++)
         for (int c = 0; c < 3; c++) {
             ray.color[end][c] = shown * (double)voxel[c] / sigma;
-            ray.facing[end][c] = source->facing ? shown * (double)source->facing[3 * index + (size_t)c] : 0;
+            ray.facing[end][c] =
+                source->facing ? shown * (double)source->facing[3 * index + (size_t)c] : 0;
         }
     return ray;
 }
 
-/* Of one layer of a cell, as rays along an axis see it: what they lose, the colour that they gather,
- * w n, and how far that faces the viewer. */
+/* Of one layer of a cell, as rays along an axis see it: what they lose, the colour that they
+ * gather, w n, and how far that faces the viewer. */
 enum { LOST, COLOR, FACING = COLOR + 3, TOWARD = FACING + 3, SIDE_SUMS };
 
 /* `rays` run along `axis` in one layer, `lines` beside one another: their means over the cells of a
@@ -463,11 +464,11 @@ static enum status look_along_surface(const struct source *source, const double 
     for (int l = 0; l < pyramid->count; l++)
         cells += (size_t)pyramid->level[l].size[0] * (size_t)pyramid->level[l].size[1];
     size_t sums = cells * layers * SIDE_SUMS;
-    struct side_work work = {.rays = malloc(2 * rays * sizeof *work.rays),
-                             .sums = {malloc((sums + 1) * sizeof **work.sums),
-                                      malloc((sums + 1) * sizeof **work.sums)},
-                             .below = malloc((layers + 1) * SIDE_SUMS * sizeof *work.below),
-                             .of_cell = malloc(layers * SIDE_SUMS * sizeof *work.of_cell)};
+    struct side_work work = {
+        .rays = malloc(2 * rays * sizeof *work.rays),
+        .sums = {malloc((sums + 1) * sizeof **work.sums), malloc((sums + 1) * sizeof **work.sums)},
+        .below = malloc((layers + 1) * SIDE_SUMS * sizeof *work.below),
+        .of_cell = malloc(layers * SIDE_SUMS * sizeof *work.of_cell)};
     bool whole = work.rays && work.sums[0] && work.sums[1] && work.below && work.of_cell;
     for (int k = 0; k < 2 * n[2] && whole; k++)
         trace_layer(source, pyramid, k % 2, k / 2, aspect[k % 2], &work);
@@ -520,8 +521,8 @@ static enum status make_levels(const struct volume *volume, bool lit,
     for (int l = 1; l < sizes.count; l++) {
         struct view_level *level = &pyramid->level[pyramid->count++];
         memcpy(level->size, sizes.level[l].size, sizeof level->size);
-        size_t texels = (size_t)level->size[0] * (size_t)level->size[1] *
-                        (size_t)volume->size[2] * VIEW_SIDES;
+        size_t texels =
+            (size_t)level->size[0] * (size_t)level->size[1] * (size_t)volume->size[2] * VIEW_SIDES;
         level->medium = malloc(texels * 4 * sizeof *level->medium);
         level->left = malloc(texels * sizeof *level->left);
         level->facing = lit ? malloc(texels * 4 * sizeof *level->facing) : NULL;

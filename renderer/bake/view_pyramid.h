@@ -1,11 +1,12 @@
 /* Coarser copies of a medium as it is seen from above, from below and from the sides; no GL.
  *
  * Dufort, Leblanc & Poulin 2005 (section 5.2) "ignore this view dependency": one value stands for a
- * coarse voxel wherever it is seen from, and for each alone. Three things are lost by that. What lets
- * light through is averaged, but from cell to cell as if a clear column of one had nothing to do with a
- * clear column of the next: between strands of fur one sees the skin, and through their mean one does
- * not. What lies in front hides what lies behind, so a cell's colour and normal are those of the side
- * that is seen. And a cell's height stands for its depth, though it is as deep as the view has it.
+ * coarse voxel wherever it is seen from, and for each alone. Three things are lost by that. What
+ * lets light through is averaged, but from cell to cell as if a clear column of one had nothing to
+ * do with a clear column of the next: between strands of fur one sees the skin, and through their
+ * mean one does not. What lies in front hides what lies behind, so a cell's colour and normal are
+ * those of the side that is seen. And a cell's height stands for its depth, though it is as deep as
+ * the view has it.
  *
  * Here only u and v are made coarser, and each cell keeps three values a layer:
  *
@@ -14,27 +15,29 @@
  *
  *   sigma(z) = log(T(z) / T(z - 1)) size_w,   c(z) = <T_k alpha_k c_k> / <T_k alpha_k>,
  *
- * T_k, alpha_k and c_k being a column's: the extinction that what has come through so far will meet,
- * where a mean over all columns would let it meet what is hidden too. A ray that goes down through the
- * layers gathers the very mean of what the columns' own rays gather.
+ * T_k, alpha_k and c_k being a column's: the extinction that what has come through so far will
+ * meet, where a mean over all columns would let it meet what is hidden too. A ray that goes down
+ * through the layers gathers the very mean of what the columns' own rays gather.
  *
  * From below, likewise.
  *
- * From the side there is no first layer to begin at, since u and v go on for ever. A cell is taken as deep
- * as it is wide: with tau the optical depth of a ray through it along u (or v),
+ * From the side there is no first layer to begin at, since u and v go on for ever. A cell is taken
+ * as deep as it is wide: with tau the optical depth of a ray through it along u (or v),
  *
  *   sigma = -log <exp(-tau)> / length,   c = <E> / (1 - <exp(-tau)>),
  *
- * over the rays of the cell's width and as many layers as are as high; E is what such a ray gathers, from
- * either end. Both axes and both ends are one value, their mean. How far the normals that are seen face the
- * viewer is kept too: of all that a mean over opposite views takes away, that is what light needs.
+ * over the rays of the cell's width and as many layers as are as high; E is what such a ray
+ * gathers, from either end. Both axes and both ends are one value, their mean. How far the normals
+ * that are seen face the viewer is kept too: of all that a mean over opposite views takes away,
+ * that is what light needs.
  *
- * Lengths along u and v are the shell's (`aspect`); those of one shell differ from place to place, and
- * the mean is taken: only the side's values know of it.
+ * Lengths along u and v are the shell's (`aspect`); those of one shell differ from place to place,
+ * and the mean is taken: only the side's values know of it.
  *
- * Level l has cells of about 2^(l + 1) voxels, sizes as in pyramid.h; the voxels themselves are not among
- * them. Normals are kept as there. Beyond an optical depth of 600 a column lets through as much as there:
- * exp(-600) is near the smallest number. Where no more is left of all columns, plain means stand. */
+ * Level l has cells of about 2^(l + 1) voxels, sizes as in pyramid.h; the voxels themselves are not
+ * among them. Normals are kept as there. Beyond an optical depth of 600 a column lets through as
+ * much as there: exp(-600) is near the smallest number. Where no more is left of all columns, plain
+ * means stand. */
 #ifndef PELT_RENDERER_BAKE_VIEW_PYRAMID_H
 #define PELT_RENDERER_BAKE_VIEW_PYRAMID_H
 
@@ -55,8 +58,8 @@ struct view_pyramid {
          * the bottom up. */
         float *medium; /* 4: T lost in the layer times its colour; T lost */
         float *left;   /* 1: T, let through to the layer */
-        float *facing; /* 4: T lost times w n; times how far that faces the viewer, for each unit of the
-                          way to him along the surface. NULL where unlit */
+        float *facing; /* 4: T lost times w n; times how far that faces the viewer, for each unit of
+                          the way to him along the surface. NULL where unlit */
     } level[PYRAMID_LEVELS_MAX];
 };
 

@@ -281,8 +281,8 @@ enum status bake_acquire(struct bake_cache *cache, const struct volume *volume, 
 }
 
 enum status bake_acquire_filtered(struct bake_cache *cache, const struct volume *volume, bool lit,
-                                  const struct bake_filter *filter, const struct baked **baked, bool *made,
-                                  uint64_t *upload_bytes, struct stage_clock *clock,
+                                  const struct bake_filter *filter, const struct baked **baked,
+                                  bool *made, uint64_t *upload_bytes, struct stage_clock *clock,
                                   struct error *err) {
     *baked = &cache->nothing;
     if (!volume->medium && !volume->solid)

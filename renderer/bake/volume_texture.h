@@ -26,13 +26,13 @@ struct baked {
      * 0 until the material is asked for as lit. */
     GLuint medium_gradient, solid_gradient;
 
-    /* `medium` and `medium_gradient` with all their mip levels (pyramid.h), GL_LINEAR_MIPMAP_LINEAR;
-     * 0 until the material is asked for with the filter `mip`. */
+    /* `medium` and `medium_gradient` with all their mip levels (pyramid.h),
+     * GL_LINEAR_MIPMAP_LINEAR; 0 until the material is asked for with the filter `mip`. */
     GLuint medium_mips, gradient_mips;
 
-    /* Beside `medium` and `medium_gradient`: GL_TEXTURE_2D_ARRAY over (u, v), view_pyramid.h, of half
-     * as many texels along u and v and all coarser levels; 0 until the material is asked for with the
-     * filter `view`, and where u and v are of one voxel each. */
+    /* Beside `medium` and `medium_gradient`: GL_TEXTURE_2D_ARRAY over (u, v), view_pyramid.h, of
+     * half as many texels along u and v and all coarser levels; 0 until the material is asked for
+     * with the filter `view`, and where u and v are of one voxel each. */
     GLuint medium_views, left_views, gradient_views;
     double aspect[2]; /* that they were made for */
 };
@@ -67,8 +67,8 @@ struct bake_filter {
  * and `gradient_mips` for `medium_gradient`, which are not made for it. `view`: `medium_views` and
  * `gradient_views` come beside them. */
 enum status bake_acquire_filtered(struct bake_cache *cache, const struct volume *volume, bool lit,
-                                  const struct bake_filter *filter, const struct baked **baked, bool *made,
-                                  uint64_t *upload_bytes, struct stage_clock *clock,
+                                  const struct bake_filter *filter, const struct baked **baked,
+                                  bool *made, uint64_t *upload_bytes, struct stage_clock *clock,
                                   struct error *err);
 void bake_release(struct bake_cache *cache, const struct baked *baked); /* takes NULL */
 

@@ -34,8 +34,8 @@ static bool find_rates(const struct shell *shell, uint32_t t, const int size[3],
     for (int axis = 0; axis < 3; axis++) {
         double voxels = size[axis] > 1 ? size[axis] / volume : 0;
         for (int i = 0; i < 3; i++)
-            rates[axis][i] = voxels * (u[0][axis] * g[0][i] + u[1][axis] * g[1][i] +
-                                       u[2][axis] * g[2][i]);
+            rates[axis][i] =
+                voxels * (u[0][axis] * g[0][i] + u[1][axis] * g[1][i] + u[2][axis] * g[2][i]);
     }
     return true;
 }
@@ -59,7 +59,8 @@ struct footprint footprint_find(const struct path_object *object) {
         if (!find_rates(shell, cell, object->volume->size, rates))
             continue;
         for (int k = 0; k < 4; k++) {
-            double t = dot(view->h_row, shell->position[shell->tetra[cell][k]]) + view->h_row[3] - 1;
+            double t =
+                dot(view->h_row, shell->position[shell->tetra[cell][k]]) + view->h_row[3] - 1;
             near = fmin(near, t);
             far = fmax(far, t);
         }
@@ -103,10 +104,11 @@ enum status footprint_choose_filters(struct path_object *objects, size_t count, 
         if (object->volume->homogeneous || !volume_has_medium(object->volume))
             continue;
         if (asked == SCENE_FILTER_VIEW && object->walk && !alone(objects, count))
-            return refuse(object,
-                          "several media are walked through together, which what is seen from a side "
-                          "does not tell of: take `mip`, or `order` `sorted`",
-                          err);
+            return refuse(
+                object,
+                "several media are walked through together, which what is seen from a side "
+                "does not tell of: take `mip`, or `order` `sorted`",
+                err);
         object->footprint = footprint_find(object).most;
         if (object->footprint > 1) {
             object->filter = asked;

@@ -15,8 +15,8 @@ struct footprint footprint_find(const struct path_object *object);
 
 /* Decides path_object.filter of every shell, as the scene asks, as long as a footprint is larger
  * than a voxel; a filtered shell is read by the prisms' own map (path_object.exact). After
- * plan_order(). STATUS_NOT_IMPLEMENTED, with its pointer, where the scene asks for a filter that its
- * path or its map has not. */
+ * plan_order(). STATUS_NOT_IMPLEMENTED, with its pointer, where the scene asks for a filter that
+ * its path or its map has not. */
 enum status footprint_choose_filters(struct path_object *objects, size_t count, struct error *err);
 
 /* What is to be baked for it. */

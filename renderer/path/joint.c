@@ -194,10 +194,9 @@ enum status joint_draw(struct joint *joint, struct picture *picture, GLuint firs
             glProgramUniform3ui(program, (GLint)(4 + slot), i, shell->first,
                                 (lit ? SLOT_LIT : 0u) | (shell->maps ? SLOT_EXACT : 0u) |
                                     (mips ? SLOT_MIPS : 0u));
-            glBindTextureUnit(BINDING_SLOT_MEDIUM + slot,
-                              !baked ? joint->constant[i]
-                              : mips ? baked->medium_mips
-                                     : baked->medium);
+            glBindTextureUnit(BINDING_SLOT_MEDIUM + slot, !baked ? joint->constant[i]
+                                                          : mips ? baked->medium_mips
+                                                                 : baked->medium);
             glBindTextureUnit(BINDING_SLOT_GRADIENT + slot, gradient ? gradient : joint->nothing);
         }
     }

@@ -45,9 +45,9 @@ struct path_object {
                           cells finds the nearest surface (set by the path's `prepare`) */
     enum scene_slicing_method method; /* of the slicing path, never `auto` */
     bool fp64;                        /* rays meet its cells in doubles (shell/precision.h) */
-    enum scene_filter filter; /* of its voxels, never `auto` */
-    bool far_solid;           /* its solid is drawn as a medium (renderer/far_solids.h) */
-    double footprint;         /* the largest of any sample, in voxels (footprint.h) */
+    enum scene_filter filter;         /* of its voxels, never `auto` */
+    bool far_solid;                   /* its solid is drawn as a medium (renderer/far_solids.h) */
+    double footprint;                 /* the largest of any sample, in voxels (footprint.h) */
     bool exact; /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
     bool every_plane; /* for measuring alone: planes look at every prism */

@@ -1,7 +1,8 @@
-/* Filtering against 64-fold supersampling: one sample a pixel, through each filter, compared with the
- * mean of 64 unfiltered ones, at several distances; the picture shrinks with the distance, so that
- * the object keeps its size in it. RMSE is over the pixels that the 64 samples drew on, premultiplied
- * linear, of `views` views around the object. Prints one JSON object a line; bench.py makes the table.
+/* Filtering against 64-fold supersampling: one sample a pixel, through each filter, compared with
+ * the mean of 64 unfiltered ones, at several distances; the picture shrinks with the distance, so
+ * that the object keeps its size in it. RMSE is over the pixels that the 64 samples drew on,
+ * premultiplied linear, of `views` views around the object. Prints one JSON object a line; bench.py
+ * makes the table.
  *
  *   bench_filter [SCENE [FILTER...]] */
 #include <math.h>
@@ -65,12 +66,13 @@ static void draw(const struct subject *subject, double distance, double turn, in
     double c = cos(turn), s = sin(turn);
     const double *eye = subject->eye;
     int side = (int)lround((distance < 16 ? 256 : 512) / distance);
-    snprintf(json, sizeof json,
-             "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"camera\": {\"eye\": [%g, "
-             "%g, %g], \"fov_y_deg\": %g}, \"lights\": %s, \"objects\": [%s]}",
-             side, side, samples, distance * (c * eye[0] - s * eye[1]),
-             distance * (s * eye[0] + c * eye[1]), distance * eye[2],
-             360 / M_PI * atan(tan(20 * M_PI / 180) / distance), subject->lights, object);
+    snprintf(
+        json, sizeof json,
+        "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"camera\": {\"eye\": [%g, "
+        "%g, %g], \"fov_y_deg\": %g}, \"lights\": %s, \"objects\": [%s]}",
+        side, side, samples, distance * (c * eye[0] - s * eye[1]),
+        distance * (s * eye[0] + c * eye[1]), distance * eye[2],
+        360 / M_PI * atan(tan(20 * M_PI / 180) / distance), subject->lights, object);
     struct arena arena = {0};
     struct scene scene;
     struct error err = {0};
@@ -91,7 +93,8 @@ int main(int argc, char **argv) {
     struct error err = {0};
     if (renderer_create(&options, &renderer, &err) != STATUS_OK)
         return 1;
-    static const char *all[] = {"\"filter\": \"none\"", "\"filter\": \"mip\"", "\"filter\": \"view\""};
+    static const char *all[] = {"\"filter\": \"none\"", "\"filter\": \"mip\"",
+                                "\"filter\": \"view\""};
     const char *const *filters = argc > 2 ? (const char *const *)argv + 2 : all;
     int filter_count = argc > 2 ? argc - 2 : 3;
     static const double distances[] = {1, 4, 16, 64};
@@ -115,7 +118,8 @@ int main(int argc, char **argv) {
                             continue;
                         count += f == 0;
                         for (size_t i = 0; i < 4; i++) {
-                            double e = (double)test.pixels[4 * p + i] - (double)truth.pixels[4 * p + i];
+                            double e =
+                                (double)test.pixels[4 * p + i] - (double)truth.pixels[4 * p + i];
                             sum[f] += e * e / 4;
                             bias[f] += i < 3 ? e / 3 : 0;
                         }

@@ -1,4 +1,5 @@
-/* Coarser voxels: closed forms, what columns let through to rounding, sizes of all kinds, stiff media. */
+/* Coarser voxels: closed forms, what columns let through to rounding, sizes of all kinds, stiff
+ * media. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -21,7 +22,8 @@ static struct volume make(int nx, int ny, int nz) {
 }
 
 static void set(struct volume *volume, int x, int y, int z, float sigma, float red) {
-    size_t i = ((size_t)z * (size_t)volume->size[1] + (size_t)y) * (size_t)volume->size[0] + (size_t)x;
+    size_t i =
+        ((size_t)z * (size_t)volume->size[1] + (size_t)y) * (size_t)volume->size[0] + (size_t)x;
     volume->medium[4 * i] = sigma * red;
     volume->medium[4 * i + 3] = sigma;
 }
@@ -116,7 +118,8 @@ static void look(const struct volume *volume, int x, int y, bool above, double *
     *red = 0;
     for (int i = 0; i < n[2]; i++) {
         int z = above ? n[2] - 1 - i : i;
-        const float *v = volume->medium + 4 * (((size_t)z * (size_t)n[1] + (size_t)y) * (size_t)n[0] + (size_t)x);
+        const float *v = volume->medium +
+                         4 * (((size_t)z * (size_t)n[1] + (size_t)y) * (size_t)n[0] + (size_t)x);
         if (!(v[3] > 0))
             continue;
         double lost = -expm1(-(double)v[3] / n[2]);
@@ -153,7 +156,8 @@ static void along_w_it_is_exact(void **state) {
                 int at = (above ? VIEW_ABOVE : VIEW_BELOW) * n[2] + z;
                 double lost = (double)(top->medium[4 * at + 3] / top->left[at]);
                 if (top->medium[4 * at + 3] > 0)
-                    gathered += through * lost * (double)(top->medium[4 * at] / top->medium[4 * at + 3]);
+                    gathered +=
+                        through * lost * (double)(top->medium[4 * at] / top->medium[4 * at + 3]);
                 through *= 1 - lost;
             }
             assert_float_equal(through, left, 2e-6);
@@ -164,8 +168,8 @@ static void along_w_it_is_exact(void **state) {
     }
 }
 
-/* An even medium is the same from every side: what is lost in a layer is its extinction's share at that
- * slant, whatever the aspect. */
+/* An even medium is the same from every side: what is lost in a layer is its extinction's share at
+ * that slant, whatever the aspect. */
 static void an_even_medium_from_each_side(void **state) {
     (void)state;
     static const double cosine[VIEW_SLANTS] = {1, 0.70710678118, 0.35355339059};
