@@ -14,13 +14,14 @@ static const char *const parts[] = {
     "overlap",      "media",         "resolve",     "trials",      "error",     "supersampling",
     "depth",        "occluded",      "voxels",      "closed-form", "cells",     "eye-inside",
     "fp64",         "light",         "ambient",     "shadow",      "specular",  "gradients",
-    "mesh-normals", "base-textures", "OpenImageIO", "tinygltf"};
+    "mesh-normals", "base-textures", "OpenImageIO", "tinygltf",    "filter",    "far-solids"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
     "{'image': {'width': 24, 'height': 24, 'samples': " samples "}, " beside "'objects': ["
 #define ONE VIEW("1", "")
 #define DIM VIEW("1", "'lights': [], 'ambient': [1, 1, 1], ")
+#define FAR VIEW("1", "'camera': {'eye': [0, -60, 0], 'fov_y_deg': 3}, ")
 #define SHELL(mesh, material, beside)                                                              \
     "{'shell': {'mesh': {" mesh "}, 'material': {" material "}" beside "}"
 #define SPHERE "'shape': 'sphere', 'divisions': [12, 6]"
@@ -115,6 +116,18 @@ static const struct row rows[] = {
                "") ", 'quality': {'slices': 9, 'method': 'hardware', 'map': 'exact'}" END,
      "exact-map slices media resolve voxels cells light gradients",
      "SLICES_HARDWARE:medium+lit+exact RESOLVE:"},
+    {FAR SHELL(SPHERE, FUR, "") ", 'quality': {'filter': 'none'}" END,
+     "entries exact-map media resolve voxels light gradients", "WALK:medium+lit+exact RESOLVE:"},
+    {FAR SHELL(SPHERE, FUR, "") ", 'quality': {'filter': 'mip'}" END,
+     "entries exact-map media resolve voxels filter light gradients",
+     "WALK:medium+lit+exact+filter RESOLVE:"},
+    {FAR SHELL(SPHERE, FUR ", 'lit': false", "") ", 'quality': {'filter': 'view'}" END,
+     "entries exact-map media resolve voxels filter", "WALK:medium+exact+filter+view RESOLVE:"},
+    {FAR SHELL(SPHERE, CHAIN ", 'lit': false", "") ", 'quality': {'filter': 'mip'}" END,
+     "entries exact-map media resolve voxels filter far-solids",
+     "WALK:medium+exact+filter RESOLVE:"},
+    {FAR SHELL(SPHERE, MIST, "") ", 'quality': {'filter': 'view'}" END,
+     "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
     {ONE "{'mesh': {" SPHERE "}" END, "surface resolve depth light mesh-normals",
      "SURFACE:lit RESOLVE:"},
     {DIM "{'mesh': {" SPHERE "}" END, "surface resolve depth ambient", "SURFACE:ambient RESOLVE:"},
@@ -158,7 +171,8 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
         {FLAG_MEDIUM, "medium"},     {FLAG_SOLID, "solid"},     {FLAG_HOMOGENEOUS, "homogeneous"},
         {FLAG_LIT, "lit"},           {FLAG_AMBIENT, "ambient"}, {FLAG_SPECULAR, "specular"},
         {FLAG_OCCLUDED, "occluded"}, {FLAG_EYE_INSIDE, "eye"},  {FLAG_EXACT, "exact"},
-        {FLAG_TEXTURED, "textured"}, {FLAG_BLOCKS, "blocks"},   {FLAG_FP64, "fp64"}};
+        {FLAG_TEXTURED, "textured"}, {FLAG_BLOCKS, "blocks"},   {FLAG_FP64, "fp64"},
+        {FLAG_FILTER, "filter"},     {FLAG_FILTER_VIEW, "view"}};
     const char *program;
     uint32_t variant;
     *text = 0;
