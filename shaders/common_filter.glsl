@@ -144,7 +144,8 @@ vec4 seen_at(sampler2DArray views, vec3 q, float first, float level) {
 
 /* -log(1 - h): its series below 1/8 (the first term left out is h^7 / 8 < 1e-7 of the whole). */
 float depth_of(float h) {
-    float series = h * (1.0 + h * (1.0 / 2.0 + h * (1.0 / 3.0 + h * (1.0 / 4.0 + h * (1.0 / 5.0 + h * (1.0 / 6.0 + h / 7.0))))));
+    float far = 1.0 / 4.0 + h * (1.0 / 5.0 + h * (1.0 / 6.0 + h / 7.0));
+    float series = h * (1.0 + h * (1.0 / 2.0 + h * (1.0 / 3.0 + h * far)));
     return h < 0.125 ? series : -log(1.0 - h);
 }
 

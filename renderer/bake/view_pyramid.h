@@ -8,36 +8,40 @@
  * those of the side that is seen. And a cell's height stands for its depth, though it is as deep as
  * the view has it.
  *
- * Here only u and v are made coarser, and each cell keeps three values a layer:
+ * Here only u and v are made coarser, and each cell keeps, a layer, what is seen from seven sides.
  *
- * From above, exact for rays along w. With T(z) the mean over the cell's columns of what they let
- * through from the top down to the upper side of layer z,
+ * From above, at three slants to w (VIEW_COS2_*), and from below likewise: with T(z) the mean over
+ * the rays through the cell of what they let through on the way to layer z,
  *
- *   sigma(z) = log(T(z) / T(z - 1)) size_w,   c(z) = <T_k alpha_k c_k> / <T_k alpha_k>,
+ *   lost(z) = <T_k alpha_k> / <T_k>,   c(z) = <T_k alpha_k c_k> / <T_k alpha_k>,
  *
- * T_k, alpha_k and c_k being a column's: the extinction that what has come through so far will
- * meet, where a mean over all columns would let it meet what is hidden too. A ray that goes down
- * through the layers gathers the very mean of what the columns' own rays gather.
- *
- * From below, likewise.
+ * T_k, alpha_k and c_k being a ray's: what those lose that have come through so far, where a mean
+ * over all columns would let them lose it once more that are lost. At a slant of 0 a ray that goes
+ * down through the layers gathers the very mean of what the columns' own rays gather. <T alpha> and
+ * <T> are kept apart, since it is those that are linear: read between an opaque cell and a clear
+ * one, half of the light comes through, where their mean extinction would let almost none. At the
+ * other slants, of which four azimuths are one value, one cell's own rays come by other cells, and
+ * their quotient is kept.
  *
  * From the side there is no first layer to begin at, since u and v go on for ever. A cell is taken
  * as deep as it is wide: with tau the optical depth of a ray through it along u (or v),
  *
  *   sigma = -log <exp(-tau)> / length,   c = <E> / (1 - <exp(-tau)>),
  *
- * over the rays of the cell's width and as many layers as are as high; E is what such a ray
- * gathers, from either end. Both axes and both ends are one value, their mean. How far the normals
- * that are seen face the viewer is kept too: of all that a mean over opposite views takes away,
- * that is what light needs.
+ * over the rays of the cell's width and as many layers as are as high, nothing lying above the
+ * highest; E is what such a ray gathers, from either end. Both axes and both ends are one value,
+ * their mean.
+ *
+ * How far the normals that are seen face the viewer is kept apart from their mean over azimuths (or
+ * ends): of all that this takes away, it is what light needs.
  *
  * Lengths along u and v are the shell's (`aspect`); those of one shell differ from place to place,
- * and the mean is taken: only the side's values know of it.
+ * and the mean is taken: at a slant of 0 nothing depends on it.
  *
  * Level l has cells of about 2^(l + 1) voxels, sizes as in pyramid.h; the voxels themselves are not
- * among them. Normals are kept as there. Beyond an optical depth of 600 a column lets through as
- * much as there: exp(-600) is near the smallest number. Where no more is left of all columns, plain
- * means stand. */
+ * among them. Beyond an optical depth of 600 a ray lets through as much as there: exp(-600) is near
+ * the smallest number. Where no more than 1e-30 is left of all rays, a layer's plain mean stands.
+ */
 #ifndef PELT_RENDERER_BAKE_VIEW_PYRAMID_H
 #define PELT_RENDERER_BAKE_VIEW_PYRAMID_H
 

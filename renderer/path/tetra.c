@@ -6,7 +6,7 @@
  *
  * Wherever that is possible, rays walk instead (walk.h).
  *
- * Left out here: filtering and shadow. */
+ * Voxels smaller than a sample are filtered as footprint.h decides. Left out here: shadow. */
 #include <math.h>
 #include <stdlib.h>
 

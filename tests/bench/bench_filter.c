@@ -1,8 +1,8 @@
 /* Filtering against 64-fold supersampling: one sample a pixel, through each filter, compared with
  * the mean of 64 unfiltered ones, at several distances; the picture shrinks with the distance, so
  * that the object keeps its size in it. RMSE is over the pixels that the 64 samples drew on,
- * premultiplied linear, of `views` views around the object. Prints one JSON object a line; bench.py
- * makes the table.
+ * premultiplied linear, of up to 24 views around the object. Prints one JSON object a line;
+ * bench.py makes the table.
  *
  *   bench_filter [SCENE [FILTER...]] */
 #include <math.h>
@@ -22,29 +22,29 @@ static const struct subject {
 #define LIGHT "[{\"direction\": [-1, 1, -2], \"color\": [3, 3, 3]}]"
     {"fur-torus",
      "{\"shell\": {\"mesh\": {\"shape\": \"torus\"}, \"thickness\": 0.12, \"tiles\": [12, 6], "
-     "\"base\": {\"color\": [0.3, 0.2, 0.1]}, \"material\": {\"builtin\": \"fur\"}}%s}",
+     "\"base\": {\"color\": [0.3, 0.2, 0.1]}, \"material\": {\"builtin\": \"fur\"}}",
      LIGHT,
      {0, -3, 2.2}},
     {"fur-torus-unlit",
      "{\"shell\": {\"mesh\": {\"shape\": \"torus\"}, \"thickness\": 0.12, \"tiles\": [12, 6], "
      "\"base\": {\"color\": [0.3, 0.2, 0.1]}, \"material\": {\"builtin\": \"fur\", \"lit\": "
-     "false}}%s}",
+     "false}}",
      LIGHT,
      {0, -3, 2.2}},
     {"fur-plane",
      "{\"shell\": {\"mesh\": {\"shape\": \"plane\", \"size\": [4, 4]}, \"thickness\": 0.12, "
      "\"tiles\": [24, 24], \"base\": {\"color\": [0.3, 0.2, 0.1]}, \"material\": {\"builtin\": "
-     "\"fur\", \"lit\": false}}%s}",
+     "\"fur\", \"lit\": false}}",
      LIGHT,
      {0, -2, 3}},
     {"clouds-sphere",
      "{\"shell\": {\"mesh\": {\"shape\": \"sphere\"}, \"thickness\": 0.15, \"tiles\": [8, 4], "
-     "\"base\": {\"color\": [0.1, 0.2, 0.4]}, \"material\": {\"builtin\": \"clouds\"}}%s}",
+     "\"base\": {\"color\": [0.1, 0.2, 0.4]}, \"material\": {\"builtin\": \"clouds\"}}",
      LIGHT,
      {0, -3, 1.2}},
     {"chain-torus",
      "{\"shell\": {\"mesh\": {\"shape\": \"torus\"}, \"thickness\": 0.06, \"tiles\": [18, 8], "
-     "\"base\": {\"color\": [0.05, 0.04, 0.04]}, \"material\": {\"builtin\": \"chain\"}}%s}",
+     "\"base\": {\"color\": [0.05, 0.04, 0.04]}, \"material\": {\"builtin\": \"chain\"}}",
      LIGHT,
      {0, -2.8, 2.6}},
 };
@@ -60,9 +60,8 @@ static struct renderer *renderer;
 
 static void draw(const struct subject *subject, double distance, double turn, int samples,
                  const char *filter, struct render_result *result) {
-    char json[4096], object[2048], quality[128];
-    snprintf(quality, sizeof quality, ", \"quality\": {%s}", filter);
-    snprintf(object, sizeof object, subject->objects, quality);
+    char json[4096], object[2048];
+    snprintf(object, sizeof object, "%s, \"quality\": {%s}}", subject->objects, filter);
     double c = cos(turn), s = sin(turn);
     const double *eye = subject->eye;
     int side = (int)lround((distance < 16 ? 256 : 512) / distance);
