@@ -104,7 +104,8 @@ static void it_is_nearer_to_many_samples(void **state) {
     "{'image': {'width': 32, 'height': 32, 'samples': %d}, 'lights': [], 'ambient': [1, 1, 1], "   \
     "'camera': {'eye': [0, %.9g, %.9g], 'fov_y_deg': %g}, 'objects': [{'shell': {'mesh': "         \
     "{'shape': 'plane', 'size': [%g, %g], 'divisions': [1, 1]}, 'thickness': 0.12, 'tiles': "      \
-    "[%g, %g], 'material': {'builtin': '%s', 'size': [%d, %d, %d]}}, 'quality': {'filter': "       \
+    "[%g, %g], 'material': {'builtin': '%s', 'size': [%d, %d, %d]}}, 'path': 'tetra', 'quality': " \
+    "{'filter': "                                                                                  \
     "'%s'}}]}"
 
 /* Means of the whole picture over one of many samples: what is seen of a plane at a slant is right
