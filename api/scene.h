@@ -181,6 +181,7 @@ enum scene_path {
 
 enum scene_order { SCENE_ORDER_AUTO, SCENE_ORDER_SORTED, SCENE_ORDER_WALK };
 enum scene_map { SCENE_MAP_AUTO, SCENE_MAP_AFFINE, SCENE_MAP_EXACT };
+enum scene_filter { SCENE_FILTER_AUTO, SCENE_FILTER_NONE, SCENE_FILTER_MIP, SCENE_FILTER_VIEW };
 enum scene_traversal { SCENE_TRAVERSAL_FIXED, SCENE_TRAVERSAL_ADAPTIVE, SCENE_TRAVERSAL_DDA };
 enum scene_slicing_method {
     SCENE_SLICING_AUTO,
@@ -197,7 +198,8 @@ struct scene_quality {
     enum scene_order order;
     enum scene_traversal traversal;
     enum scene_map map;
-    int slices; /* slicing: planes across the depth of all shells */
+    enum scene_filter filter; /* tetra, slicing: of voxels smaller than a sample */
+    int slices;               /* slicing: planes across the depth of all shells */
     enum scene_slicing_method method;
     int rank;
     int iterations;

@@ -9,7 +9,7 @@
 #include "renderer/error/squares.h"
 #include "renderer/reference/reference.h"
 
-enum { REFERENCE_PIXELS = 4096 };
+enum { REFERENCE_PIXELS = 4096 }; /* at the picture's own samples */
 
 /* How much finer than the picture what stands for the path's limit is. */
 static const double LIMIT_FACTOR = 8;
@@ -55,11 +55,23 @@ uint8_t *measure_met_pixels(const uint8_t *met, int width, int height, int k) {
     return pixels;
 }
 
+const struct scene *measure_truth(const struct scene *scene, const struct path_object *objects,
+                                  size_t count, struct scene *filtered) {
+    bool any = false;
+    for (size_t i = 0; i < count; i++)
+        any |= objects[i].shell && objects[i].filter != SCENE_FILTER_NONE;
+    if (!any || scene->image.samples >= MEASURE_SAMPLES)
+        return scene;
+    *filtered = *scene;
+    filtered->image.samples = MEASURE_SAMPLES;
+    return filtered;
+}
+
 enum status measure_open_reference(const struct measure *measure, struct reference **reference,
                                    struct error *err) {
     struct reference_sources sources = {measure->caches->meshes, measure->caches->volumes,
                                         measure->assets};
-    enum status status = reference_create(measure->scene, &sources, reference, err);
+    enum status status = reference_create(measure->truth, &sources, reference, err);
     if (status == STATUS_OK)
         reference_set_camera(*reference, measure->camera);
     return status;
@@ -163,8 +175,10 @@ enum status measure_reference(const struct measure *measure, struct report *repo
     struct reference *reference = NULL;
     struct reference_result truth = {0};
     int k = measure->drawing->plan->k;
+    /* As many rays, whatever a pixel takes of them. */
+    double rays = (double)measure->scene->image.samples / measure->truth->image.samples;
     enum status status = probe_choose(probe, image->width, image->height, k, 1, NULL, NULL,
-                                      fmax(1, all / REFERENCE_PIXELS), err);
+                                      fmax(1, all / (REFERENCE_PIXELS * rays)), err);
     if (status == STATUS_OK && !measure_is_exact(measure->drawing->picture))
         status = measure_draw_again(measure, LIMIT_FACTOR, err);
     if (status == STATUS_OK)

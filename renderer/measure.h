@@ -10,6 +10,7 @@
 
 struct measure {
     const struct scene *scene;         /* as asked for; the reference's */
+    const struct scene *truth;         /* what the reference draws: measure_truth() */
     const struct scene_camera *camera; /* as drawn */
     const struct asset_source *assets;
     const struct caches *caches; /* where the reference finds the meshes and voxels again */
@@ -26,6 +27,13 @@ struct measure {
  * for seconds. */
 enum status measure_reference(const struct measure *measure, struct report *report,
                               struct error *err);
+
+/* The scene that tells the truth of a picture. A filter is to give what many samples would, so a
+ * filtered picture is held to their mean: it is the scene with MEASURE_SAMPLES positions a pixel,
+ * if it has not more, and lies in *filtered. Of any other picture, the scene itself. */
+enum { MEASURE_SAMPLES = 64 };
+const struct scene *measure_truth(const struct scene *scene, const struct path_object *objects,
+                                  size_t count, struct scene *filtered);
 
 /* ---- for estimate.c and aim.c ---- */
 

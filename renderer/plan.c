@@ -190,7 +190,8 @@ void plan_make(const struct scene *scene, const struct path_object *objects, siz
 
 /* What no other field of the plan tells. */
 struct needs {
-    bool exact, curved, images, gltf, shells, behind, sorted, cells, voxels, homogeneous, gradients;
+    bool filter, far, exact, curved, images, gltf, shells, behind, sorted, cells, voxels,
+        homogeneous, gradients;
 };
 
 static struct needs find_needs(const struct scene *scene, const struct path_object *objects,
@@ -215,6 +216,10 @@ static struct needs find_needs(const struct scene *scene, const struct path_obje
         needs.sorted |= medium && !object->walk && spec->path == SCENE_PATH_TETRA;
         needs.cells |= (medium || solid) && !object->walk;
         needs.voxels |= !object->volume->homogeneous;
+        bool asked =
+            spec->quality.filter == SCENE_FILTER_MIP || spec->quality.filter == SCENE_FILTER_VIEW;
+        needs.filter |= asked && !object->volume->homogeneous;
+        needs.far |= object->far_solid;
         needs.exact |= object->exact;
         needs.curved |= !object->volume->homogeneous && !object->shell->affine;
         needs.homogeneous |= object->volume->homogeneous && medium;
@@ -285,6 +290,17 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
     const char *nothing = no_shell ? no_shell : "no material holds anything";
     tell(report, "voxels", needs->voxels, "materials are fetched in steps from 3D textures",
          no_shell ? no_shell : "every material is homogeneous: no texture is made or fetched");
+    tell(report, "filter", plan->flags & FLAG_FILTER,
+         plan->flags & FLAG_FILTER_VIEW
+             ? "where a sample covers several voxels it reads what is seen of them from its side"
+             : "where a sample covers several voxels it reads coarser ones",
+         no_shell        ? no_shell
+         : needs->filter ? "no sample covers more than a voxel of a medium: none is made coarser"
+                         : "quality.filter is none, or nothing has voxels");
+    tell(report, "far-solids", needs->far, "solids smaller than a sample are drawn as media",
+         needs->filter ? "no solid's voxels are all smaller than a sample"
+         : no_shell    ? no_shell
+                       : "quality.filter is none");
     tell(report, "closed-form", needs->homogeneous,
          "homogeneous media are integrated without textures or steps",
          no_shell ? no_shell : "no medium is homogeneous");

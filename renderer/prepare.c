@@ -168,6 +168,10 @@ enum status prepare_views(struct prepared *prepared, struct scene *scene, struct
 void prepared_finish(struct caches *caches, struct prepared *prepared) {
     for (size_t i = 0; i < prepared->object_count; i++) {
         struct path_object *object = &prepared->objects[i];
+        if (prepared->far && prepared->far[i].original)
+            object->volume = prepared->far[i].original;
+        if (prepared->far)
+            free(prepared->far[i].medium);
         if (prepared->forced) {
             object->volume = prepared->forced[i].original;
             free(prepared->forced[i].medium);
@@ -178,6 +182,7 @@ void prepared_finish(struct caches *caches, struct prepared *prepared) {
         shell_release(caches->shells, object->shell);
         mesh_release(caches->meshes, object->mesh);
     }
+    free(prepared->far);
     free(prepared->forced);
     free(prepared->objects);
     *prepared = (struct prepared){0};

@@ -17,9 +17,10 @@ struct caches {
     uint64_t newest_mesh, newest_shell; /* serials: whatever has a higher one was made just now */
 };
 
-/* A volume with parts put in for measuring alone (renderer/force.h). */
+/* A volume that stands in for an object's own: with parts put in for measuring alone
+ * (renderer/force.h), or a solid seen from afar (renderer/far_solids.h). */
 struct forced_volume {
-    const struct volume *original; /* NULL: the object has none */
+    const struct volume *original; /* NULL: none stands in */
     struct volume volume;
     float *medium, *solid; /* owned */
 };
@@ -30,6 +31,7 @@ struct prepared {
     size_t object_count;
     double bounds_min[3], bounds_max[3]; /* world */
     struct forced_volume *forced;        /* one for each object, or NULL */
+    struct forced_volume *far; /* likewise: solids that are drawn as media (far_solids.h) */
 };
 
 /* Acquires what every object needs. `scene` is the copy that becomes `resolved`. Sets *made where a

@@ -23,12 +23,14 @@
 #include "renderer/contest.h"
 #include "renderer/drawing.h"
 #include "renderer/estimate.h"
+#include "renderer/far_solids.h"
 #include "renderer/force.h"
 #include "renderer/gl/clock.h"
 #include "renderer/gl/context.h"
 #include "renderer/gl/resolve.h"
 #include "renderer/gl/target.h"
 #include "renderer/measure.h"
+#include "renderer/path/footprint.h"
 #include "renderer/path/variant.h"
 #include "renderer/prepare.h"
 #include "renderer/resolve.h"
@@ -224,6 +226,8 @@ static enum status make_ready(struct renderer *renderer, const struct scene *sce
     status = force_objects(renderer->force, prepared, err);
     if (status == STATUS_OK)
         status = prepare_views(prepared, &report->resolved, world, err);
+    if (status == STATUS_OK)
+        status = far_solids(prepared, report, err);
     if (status == STATUS_OK && open)
         status = choice_decide(prepared, &report->resolved, world, may_walk, report, err);
     if (status == STATUS_OK)
@@ -309,8 +313,10 @@ static enum status fulfil(struct renderer *renderer, const struct contest *conte
     struct picture *picture = drawing->picture;
     struct stage_clock *clock = picture->clock;
     struct report *report = &result->report;
+    struct scene filtered;
     struct measure measure = {
         .scene = scene,
+        .truth = measure_truth(scene, picture->objects, picture->object_count, &filtered),
         .camera = &report->resolved.camera,
         .assets = assets,
         .caches = &renderer->caches,
@@ -416,9 +422,10 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         if (!object->shell || object->volume->homogeneous)
             continue;
         bool baked = false;
-        status = bake_acquire(renderer->textures, object->volume,
-                              variant_needs_normals(object, picture.lights.count), &object->baked,
-                              &baked, &report->work.upload_bytes, &clock, err);
+        struct bake_filter filter = footprint_filter(object);
+        status = bake_acquire_filtered(
+            renderer->textures, object->volume, variant_needs_normals(object, picture.lights.count),
+            &filter, &object->baked, &baked, &report->work.upload_bytes, &clock, err);
         if (status != STATUS_OK)
             goto done;
         report->cold |= baked;

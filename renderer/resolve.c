@@ -5,6 +5,7 @@
 
 #include "renderer/choice.h"
 #include "renderer/force.h"
+#include "renderer/path/footprint.h"
 
 void resolve_objects(struct scene *scene, const struct prepared *prepared) {
     for (size_t i = 0; i < scene->object_count; i++) {
@@ -15,6 +16,8 @@ void resolve_objects(struct scene *scene, const struct prepared *prepared) {
         path_find(spec->path)->resolve(object, &spec->quality);
         if (spec->quality.map == SCENE_MAP_AUTO && !object->volume->homogeneous)
             spec->quality.map = object->exact ? SCENE_MAP_EXACT : SCENE_MAP_AFFINE;
+        if (!object->volume->homogeneous && spec->quality.filter == SCENE_FILTER_AUTO)
+            spec->quality.filter = object->filter;
         if (!object->volume->homogeneous)
             memcpy(spec->shell.material.size, object->volume->size,
                    sizeof spec->shell.material.size);
@@ -41,6 +44,8 @@ enum status resolve_plan(const struct scene *asked, struct prepared *prepared,
     enum status status = choose_quality(prepared, err);
     if (status == STATUS_OK)
         status = plan_order(prepared->objects, prepared->object_count, may_walk, err);
+    if (status == STATUS_OK)
+        status = footprint_choose_filters(prepared->objects, prepared->object_count, err);
     if (status != STATUS_OK)
         return status;
     struct shadow_need shadow;

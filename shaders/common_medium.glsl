@@ -12,6 +12,8 @@ layout(binding = BINDING_MEDIUM) uniform sampler3D medium;
 layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
 #endif
 
+#include "common_filter.glsl"
+
 /* What has been gathered, from the front: radiance, optical depth, what is let through; and whether
  * all of it was: llvmpipe lets all loops of an invocation turn 65,535 times together, and then ends
  * them without a word. */
@@ -28,11 +30,11 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
     float length_scaled = span / steps * frame[FRAME_STEP].y, i = 0.5;
     do {
         vec3 q = way_at(way, i / steps);
-        vec4 m = texture(medium, q); /* extinction-weighted colour, extinction */
+        vec4 m = medium_at(q); /* extinction-weighted colour, extinction */
         vec3 source = m.rgb / max(m.a, 1.0e-30);
         float tau_i = m.a * length_scaled;
 #if (VARIANT & FLAG_LIT) != 0
-        vec3 gradient = texture(medium_gradient, q).xyz;
+        vec3 gradient = gradient_at(q);
         float g = length(gradient);
         vec3 n = way_normal(way, gradient);
         n *= inversesqrt(max(dot(n, n), 1.0e-37));

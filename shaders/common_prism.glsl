@@ -48,6 +48,9 @@ struct Way {
     float f;      /* share of the segment that the following hold for */
     vec3 z, z_on; /* the correction there; its derivative by f */
     vec3 X, Y, Z; /* over det, at the guess */
+#if (VARIANT & FLAG_FILTER) != 0
+    float scale; /* the prism's units in one of the object's */
+#endif
 };
 
 /* Which corner of the prism v1..v3 of its three tetrahedra are: shell.h. */
@@ -104,7 +107,11 @@ Way way_begin(uint cell, vec2 uv0, vec3 lambda, vec3 lambda_on) {
     return Way(affine_map(kind, lambda), affine_map(kind, lambda_on), affine_products(kind, lambda),
                affine_products(kind, lambda_on), m0.xyz, m1.xyz, m2.xyz, m3.xyz, m4.xyz, uv0,
                vec2(m0.w, m1.w), vec2(m2.w, m3.w), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0),
-               vec3(0.0));
+               vec3(0.0)
+#if (VARIANT & FLAG_FILTER) != 0
+               , m4.w
+#endif
+               );
 }
 
 /* A single point of a prism, from its affine coordinates and the weights m_k of its tops 1 and 2; `cell`

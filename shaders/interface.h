@@ -7,9 +7,10 @@
  * two (media of other objects are other draws); a homogeneous medium is unlit, its colour is its
  * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
  * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
- * by clipping; shadows and point lights need light, and beside a point light there are both
- * kinds of shadow or none. The checks compile every variant for which
- * this holds, and gl_programs_get() takes no other. */
+ * by clipping; footprints are found by the prisms' own map, and are a medium's; shadows and point
+ * lights need light, and beside a point light there are both kinds of shadow or none. The checks
+ * compile of the variants for which this holds those of tests/tools/variant_cover.h, and
+ * gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
 #define FLAGS_SHADOW  (FLAG_SHADOW_OPAQUE | FLAG_SHADOW_MEDIA)
 #define FLAGS_PLACE   (FLAGS_SHADOW | FLAG_POINT)
@@ -24,7 +25,9 @@
      (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0) &&                                        \
      (((v)&FLAG_EXACT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                     \
      (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
-     (((v)&FLAG_POINT) == 0 || ((v)&FLAGS_SHADOW) == 0 || ((v)&FLAGS_SHADOW) == FLAGS_SHADOW))
+     (((v)&FLAG_POINT) == 0 || ((v)&FLAGS_SHADOW) == 0 || ((v)&FLAGS_SHADOW) == FLAGS_SHADOW) &&   \
+     (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
+     (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -41,6 +44,9 @@
 #define FLAG_EXACT       0x0800 /* texture coordinates by the prisms' own map, not the tetrahedra's */
 #define FLAG_SLOTS_1     0x1000 /* overlap: one slot more than two */
 #define FLAG_SLOTS_2     0x2000 /* overlap: two slots more */
+#define FLAG_FILTER                                                                                \
+    0x100000 /* voxels are read at the level of the footprint (common_filter.glsl) */
+#define FLAG_FILTER_VIEW 0x200000 /* and by the side from which they are seen */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
 
 #define FLAG_SHADOW_OPAQUE 0x10000 /* a light throws shadows of opaque things */
@@ -125,6 +131,19 @@
 #define BINDING_SHADOW_DEPTHS                                                                      \
     23 /* sampler2DArray: the layers of one light after those of another */
 #define BINDING_SHADOW_RANGES 30 /* sampler2DArray: a layer a light */
+
+/* What is seen from each side, where footprints are larger than a voxel
+ * (renderer/bake/view_pyramid.h): the layers of an array come one side after another. */
+#define BINDING_VIEW          14 /* sampler2DArray */
+#define BINDING_VIEW_GRADIENT 15
+#define BINDING_VIEW_LEFT     16 /* of no slot: joint walks know no sides */
+#define VIEW_ABOVE            0  /* at each of VIEW_SLANTS slants */
+#define VIEW_BELOW            3
+#define VIEW_SIDE             6
+#define VIEW_SIDES            7
+#define VIEW_SLANTS           3
+#define VIEW_COS2_1           0.5 /* the slants' squared cosines to w; of the first, 1 */
+#define VIEW_COS2_2           0.125
 
 #define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
 #define COUNT_SLOTS   64

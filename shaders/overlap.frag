@@ -31,6 +31,7 @@
 #if (VARIANT & FLAG_EXACT) != 0
 #include "common_prism.glsl"
 #endif
+#include "common_filter.glsl"
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
@@ -49,6 +50,7 @@ layout(location = 3) uniform vec2 limit; /* most steps; transmittance that ends 
 layout(location = 4) uniform uvec3 slot[SLOTS];
 #define SLOT_LIT 1u
 #define SLOT_EXACT 2u
+#define SLOT_MIPS 4u
 
 layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
 layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
@@ -67,7 +69,16 @@ struct Slot {
 #if (VARIANT & FLAG_LIT) != 0
     mat3 normal; /* from a gradient over texture space to the object's */
 #endif
+#if (VARIANT & FLAG_FILTER) != 0
+    float level;
+#endif
 };
+
+#if (VARIANT & FLAG_FILTER) != 0
+#define READ(voxels, k) textureLod(voxels[k], q, s[k].level)
+#else
+#define READ(voxels, k) texture(voxels[k], q)
+#endif
 
 Slot slot_for(int k, vec2 p) {
     Slot s;
@@ -85,6 +96,9 @@ Slot slot_for(int k, vec2 p) {
 #endif
 #if (VARIANT & FLAG_LIT) != 0
     s.normal = mat3(0.0);
+#endif
+#if (VARIANT & FLAG_FILTER) != 0
+    s.level = 0.0;
 #endif
     return s;
 }
@@ -154,7 +168,7 @@ void main() {
             vec3 emitted = vec3(0.0);
 #if (VARIANT & FLAG_LIT) != 0
 #define LIGHT(k)                                                                                   \
-    vec3 gradient = texture(medium_gradient[k], q).xyz;                                            \
+    vec3 gradient = READ(medium_gradient, k).xyz;                                              \
     float g = length(gradient);                                                                    \
     vec3 n = world_normal(s[k].normal * (gradient * frame[k * FRAME_VEC4S + FRAME_SIZE].xyz),      \
                           k * FRAME_VEC4S);                                                        \
@@ -177,7 +191,7 @@ void main() {
     {                                                                                              \
         float dt = at - s[k].t_in;                                                                 \
         vec3 q = PLACE(k, dt);                                                                     \
-        vec4 m = texture(medium[k], q);                                                            \
+        vec4 m = READ(medium, k);                                                                  \
         LIGHT(k)                                                                                   \
         float density = s[k].t_out < IDLE ? s[k].density : 0.0;                                    \
         sigma += density * m.a;                                                                    \
@@ -244,6 +258,13 @@ void main() {
     s[k].normal[1] = k_next == k ? normal[1] : s[k].normal[1];                                     \
     s[k].normal[2] = k_next == k ? normal[2] : s[k].normal[2];
         EACH_SLOT(TURN)
+#endif
+#if (VARIANT & FLAG_FILTER) != 0
+        float level = exact && (kind & SLOT_MIPS) != 0u
+                          ? mip_level(way, 0.5 * (t + t_out), max(k_next, 0) * FRAME_VEC4S)
+                          : 0.0;
+#define LEVEL(k) s[k].level = k_next == k ? level : s[k].level;
+        EACH_SLOT(LEVEL)
 #endif
 #define STORE(k)                                                                                   \
     s[k].t_in = k_next == k ? t : s[k].t_in;                                                       \

@@ -155,7 +155,7 @@ void main() {
     Tetra tetra = fetch_tetra();
     Hits hits = meet_tetra(tetra, sample_position_real());
     REAL begin = hits.h_in, end = hits.h_out;
-#if defined(SLABS) || defined(CASTER) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID | FLAGS_PLACE)) != 0
+#if defined(SLABS) || defined(CASTER) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID | FLAG_FILTER | FLAGS_PLACE)) != 0
     REAL t0 = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, tetra.v0) + frame[FRAME_OU].w; /* of v0 */
 #endif
 #if (VARIANT & FLAG_EYE_INSIDE) != 0
@@ -230,6 +230,12 @@ void main() {
 #if (VARIANT & FLAGS_PLACE) != 0
     place_in = ray_origin(p) + float(t0 + begin) * ray_direction(p);
     place_on = float(end - begin) * ray_direction(p);
+#endif
+#if (VARIANT & FLAG_FILTER) != 0
+#ifndef SLABS
+    way_go(way, 0.5);
+#endif
+    filter_begin(way, p, float(0.5 * (begin + end) + t0));
 #endif
 #if defined(CASTER) && (VARIANT & FLAG_MEDIUM) != 0
     deposit(way, span, float(t0 + begin), float(end - begin));

@@ -201,6 +201,9 @@ void main() {
         place_in = vec3(origin + (t_in + near) * d);
         place_on = vec3((t_end - t_in) * d);
 #endif
+#if (VARIANT & FLAG_FILTER) != 0
+        filter_begin(way, p, float(0.5 * (t_in + t_end) + near));
+#endif
         march(ray, way, span, v);
         bool finished = t_out >= t_stop - near || at_base || leaves_by_base ||
                         ray.left < frame[FRAME_SCREEN].z;

@@ -10,6 +10,8 @@
 #include <string.h>
 
 #include "renderer/bake/normals.h"
+#include "renderer/bake/pyramid.h"
+#include "renderer/bake/view_pyramid.h"
 #include "renderer/gl/context.h"
 
 struct entry {
@@ -50,8 +52,9 @@ static void free_entry(struct bake_cache *cache, struct entry *entry) {
     cache->bytes -= entry->bytes;
     const struct baked *b = &entry->baked;
     /* Names of 0 are ignored by the GL. */
-    glDeleteTextures(4,
-                     (const GLuint[]){b->medium, b->solid, b->medium_gradient, b->solid_gradient});
+    glDeleteTextures(9, (const GLuint[]){b->medium, b->solid, b->medium_gradient, b->solid_gradient,
+                                         b->medium_mips, b->gradient_mips, b->medium_views,
+                                         b->gradient_views, b->left_views});
     free(entry);
 }
 
@@ -75,16 +78,23 @@ void bake_cache_destroy(struct bake_cache *cache) {
     free(cache);
 }
 
-static enum status upload(const int size[3], GLenum format, GLenum type, const void *texels,
-                          GLuint *texture, struct error *err) {
+/* A texture of `levels` levels, without texels. */
+static GLuint make_texture(const int size[3], GLenum format, int levels) {
     GLuint name = 0;
     glCreateTextures(GL_TEXTURE_3D, 1, &name);
     glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_REPEAT);
     glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_REPEAT);
     glTextureParameteri(name, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
-    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER,
+                        levels > 1 ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR);
     glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTextureStorage3D(name, 1, format, size[0], size[1], size[2]);
+    glTextureStorage3D(name, levels, format, size[0], size[1], size[2]);
+    return name;
+}
+
+static enum status upload(const int size[3], GLenum format, GLenum type, const void *texels,
+                          GLuint *texture, struct error *err) {
+    GLuint name = make_texture(size, format, 1);
     glTextureSubImage3D(name, 0, 0, 0, 0, size[0], size[1], size[2], GL_RGBA, type, texels);
     enum status status = gl_check("uploading a material", err);
     if (status != STATUS_OK) {
@@ -145,12 +155,98 @@ static enum status add_gradient(struct work *work, enum bake_field field, GLuint
     return status;
 }
 
-static enum status add_textures(struct work *work, bool lit) {
+/* The medium with all its levels, and their gradients where they are wanted. */
+static enum status add_mips(struct work *work, bool lit) {
     struct baked *baked = &work->entry->baked;
-    enum status status = add_voxels(work, work->volume->medium, &baked->medium);
+    if (!work->volume->medium || (baked->medium_mips && (baked->gradient_mips || !lit)))
+        return STATUS_OK;
+    enter_stage(work, REPORT_STAGE_bake);
+    struct pyramid pyramid;
+    if (pyramid_make(work->volume, lit, &pyramid) != STATUS_OK)
+        return error_fault(work->err, STATUS_OUT_OF_MEMORY, NULL, "no memory to filter voxels");
+    enter_stage(work, REPORT_STAGE_upload);
+    bool medium = !baked->medium_mips;
+    const int *size = work->volume->size;
+    if (medium)
+        baked->medium_mips = make_texture(size, GL_RGBA32F, pyramid.count);
+    if (lit)
+        baked->gradient_mips = make_texture(size, GL_RGBA16F, pyramid.count);
+    for (int l = 0; l < pyramid.count; l++) {
+        const struct pyramid_level *level = &pyramid.level[l];
+        const int *n = level->size;
+        uint64_t voxels = (uint64_t)n[0] * (uint64_t)n[1] * (uint64_t)n[2];
+        if (medium)
+            glTextureSubImage3D(baked->medium_mips, l, 0, 0, 0, n[0], n[1], n[2], GL_RGBA, GL_FLOAT,
+                                level->medium);
+        if (lit)
+            glTextureSubImage3D(baked->gradient_mips, l, 0, 0, 0, n[0], n[1], n[2], GL_RGBA,
+                                GL_HALF_FLOAT, level->gradient);
+        work->uploaded += voxels * ((medium ? 16 : 0) + (lit ? 8 : 0));
+    }
+    pyramid_finish(&pyramid);
+    return gl_check("uploading a filtered material", work->err);
+}
+
+static GLuint make_array(const struct view_pyramid *pyramid, GLenum format) {
+    const int *size = pyramid->level[0].size;
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
+    glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_REPEAT);
+    glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_REPEAT);
+    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTextureStorage3D(name, pyramid->count, format, size[0], size[1],
+                       pyramid->layers * VIEW_SIDES);
+    return name;
+}
+
+/* What is seen of the medium from each side, beside the medium itself. */
+static enum status add_views(struct work *work, bool lit, const double aspect[2]) {
+    struct baked *baked = &work->entry->baked;
+    if (!work->volume->medium || (baked->medium_views && (baked->gradient_views || !lit)))
+        return STATUS_OK;
+    enter_stage(work, REPORT_STAGE_bake);
+    struct view_pyramid pyramid;
+    if (view_pyramid_make(work->volume, aspect, lit, &pyramid) != STATUS_OK)
+        return error_fault(work->err, STATUS_OUT_OF_MEMORY, NULL, "no memory to filter voxels");
+    memcpy(baked->aspect, aspect, sizeof baked->aspect);
+    enter_stage(work, REPORT_STAGE_upload);
+    bool medium = !baked->medium_views && pyramid.count > 0;
+    if (medium) {
+        baked->medium_views = make_array(&pyramid, GL_RGBA32F);
+        baked->left_views = make_array(&pyramid, GL_R32F);
+    }
+    if (lit && pyramid.count > 0)
+        baked->gradient_views = make_array(&pyramid, GL_RGBA32F);
+    for (int l = 0; l < pyramid.count; l++) {
+        const struct view_level *level = &pyramid.level[l];
+        int width = level->size[0], height = level->size[1], layers = pyramid.layers * VIEW_SIDES;
+        uint64_t texels = (uint64_t)width * (uint64_t)height * (uint64_t)layers;
+        if (medium) {
+            glTextureSubImage3D(baked->medium_views, l, 0, 0, 0, width, height, layers, GL_RGBA,
+                                GL_FLOAT, level->medium);
+            glTextureSubImage3D(baked->left_views, l, 0, 0, 0, width, height, layers, GL_RED,
+                                GL_FLOAT, level->left);
+        }
+        if (lit)
+            glTextureSubImage3D(baked->gradient_views, l, 0, 0, 0, width, height, layers, GL_RGBA,
+                                GL_FLOAT, level->facing);
+        work->uploaded += texels * ((medium ? 20 : 0) + (lit ? 16 : 0));
+    }
+    view_pyramid_finish(&pyramid);
+    return gl_check("uploading a filtered material", work->err);
+}
+
+static enum status add_textures(struct work *work, bool lit, const struct bake_filter *filter) {
+    struct baked *baked = &work->entry->baked;
+    bool filtered = filter->kind == SCENE_FILTER_MIP;
+    enum status status =
+        filtered ? add_mips(work, lit) : add_voxels(work, work->volume->medium, &baked->medium);
+    if (status == STATUS_OK && filter->kind == SCENE_FILTER_VIEW)
+        status = add_views(work, lit, filter->aspect);
     if (status == STATUS_OK)
         status = add_voxels(work, work->volume->solid, &baked->solid);
-    if (status == STATUS_OK && lit)
+    if (status == STATUS_OK && lit && !filtered)
         status = add_gradient(work, BAKE_FIELD_MEDIUM, &baked->medium_gradient);
     if (status == STATUS_OK && lit)
         status = add_gradient(work, BAKE_FIELD_SOLID, &baked->solid_gradient);
@@ -168,9 +264,26 @@ static enum status check_size(const struct volume *volume, struct error *err) {
     return STATUS_OK;
 }
 
+/* Whether an entry is of a volume; views of other aspects are other textures. */
+static bool serves(const struct entry *entry, const struct volume *volume,
+                   const struct bake_filter *filter) {
+    const struct baked *baked = &entry->baked;
+    return memcmp(entry->key, volume->key, sizeof entry->key) == 0 &&
+           (filter->kind != SCENE_FILTER_VIEW || !baked->medium_views ||
+            (baked->aspect[0] == filter->aspect[0] && baked->aspect[1] == filter->aspect[1]));
+}
+
 enum status bake_acquire(struct bake_cache *cache, const struct volume *volume, bool lit,
                          const struct baked **baked, bool *made, uint64_t *upload_bytes,
                          struct stage_clock *clock, struct error *err) {
+    static const struct bake_filter none = {.kind = SCENE_FILTER_NONE};
+    return bake_acquire_filtered(cache, volume, lit, &none, baked, made, upload_bytes, clock, err);
+}
+
+enum status bake_acquire_filtered(struct bake_cache *cache, const struct volume *volume, bool lit,
+                                  const struct bake_filter *filter, const struct baked **baked,
+                                  bool *made, uint64_t *upload_bytes, struct stage_clock *clock,
+                                  struct error *err) {
     *baked = &cache->nothing;
     if (!volume->medium && !volume->solid)
         return STATUS_OK;
@@ -179,7 +292,7 @@ enum status bake_acquire(struct bake_cache *cache, const struct volume *volume, 
     if (status != STATUS_OK)
         return status;
     struct entry *entry = cache->newest;
-    while (entry && memcmp(entry->key, volume->key, sizeof entry->key) != 0)
+    while (entry && !serves(entry, volume, filter))
         entry = entry->older;
     if (entry) {
         unlink_entry(cache, entry);
@@ -192,7 +305,7 @@ enum status bake_acquire(struct bake_cache *cache, const struct volume *volume, 
     link_newest(cache, entry);
 
     struct work work = {volume, entry, clock, 0, err};
-    status = add_textures(&work, lit);
+    status = add_textures(&work, lit, filter);
     entry->bytes += work.uploaded;
     cache->bytes += work.uploaded;
     if (made && work.uploaded)

@@ -25,6 +25,16 @@ struct baked {
      * v, w, as normals.h defines it; of opacity for the medium, of s for the solid; w is 0.
      * 0 until the material is asked for as lit. */
     GLuint medium_gradient, solid_gradient;
+
+    /* `medium` and `medium_gradient` with all their mip levels (pyramid.h),
+     * GL_LINEAR_MIPMAP_LINEAR; 0 until the material is asked for with the filter `mip`. */
+    GLuint medium_mips, gradient_mips;
+
+    /* Beside `medium` and `medium_gradient`: GL_TEXTURE_2D_ARRAY over (u, v), view_pyramid.h, of
+     * half as many texels along u and v and all coarser levels; 0 until the material is asked for
+     * with the filter `view`, and where u and v are of one voxel each. */
+    GLuint medium_views, left_views, gradient_views;
+    double aspect[2]; /* that they were made for */
 };
 
 struct bake_cache; /* one for each GL context; least recently used goes first */
@@ -45,6 +55,21 @@ void bake_cache_destroy(struct bake_cache *cache); /* takes NULL; the context mu
 enum status bake_acquire(struct bake_cache *cache, const struct volume *volume, bool lit,
                          const struct baked **baked, bool *made, uint64_t *upload_bytes,
                          struct stage_clock *clock, struct error *err);
+
+/* How a medium is read: never `auto`. `aspect`, for `view`: the length of a tile along u and v, in
+ * thicknesses. */
+struct bake_filter {
+    enum scene_filter kind;
+    double aspect[2];
+};
+
+/* The same for a medium that is read through a filter. `mip`: `medium_mips` stands in for `medium`,
+ * and `gradient_mips` for `medium_gradient`, which are not made for it. `view`: `medium_views` and
+ * `gradient_views` come beside them. */
+enum status bake_acquire_filtered(struct bake_cache *cache, const struct volume *volume, bool lit,
+                                  const struct bake_filter *filter, const struct baked **baked,
+                                  bool *made, uint64_t *upload_bytes, struct stage_clock *clock,
+                                  struct error *err);
 void bake_release(struct bake_cache *cache, const struct baked *baked); /* takes NULL */
 
 #endif

@@ -322,8 +322,7 @@ void cells_bind_textures(const struct path_object *object, bool solid) {
         glBindTextureUnit(BINDING_SOLID, baked->solid);
         glBindTextureUnit(BINDING_SOLID_GRADIENT, baked->solid_gradient);
     } else {
-        glBindTextureUnit(BINDING_MEDIUM, baked->medium);
-        glBindTextureUnit(BINDING_MEDIUM_GRADIENT, baked->medium_gradient);
+        path_object_bind_medium(object, BINDING_MEDIUM, BINDING_MEDIUM_GRADIENT);
     }
 }
 

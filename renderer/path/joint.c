@@ -13,7 +13,7 @@ enum { CELL_BYTES = WALK_TEXELS * 16, LINK_BYTES = 16, MAP_BYTES = MAP_TEXELS * 
 enum { TABLES = 3 }; /* cells, links, maps */
 
 /* Bits of slot[].z in the shader. */
-enum { SLOT_LIT = 1, SLOT_EXACT = 2 };
+enum { SLOT_LIT = 1, SLOT_EXACT = 2, SLOT_MIPS = 4 };
 
 static bool any_exact(const struct joint *joint) {
     for (uint32_t i = 0; i < joint->shell_count; i++)
@@ -31,6 +31,9 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
                  (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAGS_PLACE);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
+    for (uint32_t i = 0; i < joint->shell_count; i++)
+        if (joint->shell[i].object->filter == SCENE_FILTER_MIP)
+            flags |= FLAG_FILTER;
     return flags | (any_exact(joint) ? FLAG_EXACT : 0);
 }
 
@@ -187,14 +190,16 @@ enum status joint_draw(struct joint *joint, struct picture *picture, GLuint firs
         const struct joint_shell *shell = &joint->shell[i];
         const struct baked *baked = shell->object->baked;
         bool lit = baked && shell->object->volume->lit;
+        bool mips = shell->object->filter == SCENE_FILTER_MIP;
+        GLuint gradient = !baked ? 0 : mips ? baked->gradient_mips : baked->medium_gradient;
         for (uint32_t k = 0; k < shell->slots; k++, slot++) {
             glProgramUniform3ui(program, (GLint)(4 + slot), i, shell->first,
-                                (lit ? SLOT_LIT : 0u) | (shell->maps ? SLOT_EXACT : 0u));
-            glBindTextureUnit(BINDING_SLOT_MEDIUM + slot,
-                              baked ? baked->medium : joint->constant[i]);
-            glBindTextureUnit(BINDING_SLOT_GRADIENT + slot, baked && baked->medium_gradient
-                                                                ? baked->medium_gradient
-                                                                : joint->nothing);
+                                (lit ? SLOT_LIT : 0u) | (shell->maps ? SLOT_EXACT : 0u) |
+                                    (mips ? SLOT_MIPS : 0u));
+            glBindTextureUnit(BINDING_SLOT_MEDIUM + slot, !baked ? joint->constant[i]
+                                                          : mips ? baked->medium_mips
+                                                                 : baked->medium);
+            glBindTextureUnit(BINDING_SLOT_GRADIENT + slot, gradient ? gradient : joint->nothing);
         }
     }
     glBindTextureUnit(BINDING_CELLS, joint->textures[0]);

@@ -45,6 +45,9 @@ struct path_object {
                           cells finds the nearest surface (set by the path's `prepare`) */
     enum scene_slicing_method method; /* of the slicing path, never `auto` */
     bool fp64;                        /* rays meet its cells in doubles (shell/precision.h) */
+    enum scene_filter filter;         /* of its voxels, never `auto` */
+    bool far_solid;                   /* its solid is drawn as a medium (renderer/far_solids.h) */
+    double footprint;                 /* the largest of any sample, in voxels (footprint.h) */
     bool exact; /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
     uint32_t shadow; /* FLAGS_PLACE that its lit draws need */
@@ -120,6 +123,20 @@ static inline bool volume_has_solid(const struct volume *volume) {
 /* Whether an object is a shell that holds anything. */
 static inline bool path_object_drawn(const struct path_object *object) {
     return object->shell && (volume_has_medium(object->volume) || volume_has_solid(object->volume));
+}
+
+/* Binds a medium's voxels and gradients, as the object's filter reads them. */
+static inline void path_object_bind_medium(const struct path_object *object, GLuint medium,
+                                           GLuint gradient) {
+    const struct baked *baked = object->baked;
+    bool mips = object->filter == SCENE_FILTER_MIP;
+    glBindTextureUnit(medium, mips ? baked->medium_mips : baked->medium);
+    glBindTextureUnit(gradient, mips ? baked->gradient_mips : baked->medium_gradient);
+    if (object->filter == SCENE_FILTER_VIEW) {
+        glBindTextureUnit(BINDING_VIEW, baked->medium_views);
+        glBindTextureUnit(BINDING_VIEW_LEFT, baked->left_views);
+        glBindTextureUnit(BINDING_VIEW_GRADIENT, baked->gradient_views);
+    }
 }
 
 #endif

@@ -6,7 +6,7 @@
  *
  * Wherever that is possible, rays walk instead (walk.h).
  *
- * Left out here: filtering. */
+ * Voxels smaller than a sample are filtered as footprint.h decides. */
 #include <math.h>
 #include <stdlib.h>
 

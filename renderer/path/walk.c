@@ -329,8 +329,14 @@ static enum status prepare_media(struct walk_pass *pass, struct picture *picture
     stage_clock_next(picture->clock, REPORT_STAGE_upload, false);
     for (uint32_t i = 0; i < count && status == STATUS_OK && !overlap.too_many; i++)
         status = upload_shell(pass, &picture->objects[object_of[i]], picture, err);
-    for (size_t i = 0; i < overlap.draw_count && status == STATUS_OK; i++)
+    for (size_t i = 0; i < overlap.draw_count && status == STATUS_OK; i++) {
         status = prepare_medium(pass, picture, &overlap.draw[i], object_of, err);
+        const struct path_object *first = &picture->objects[object_of[overlap.draw[i].shell[0]]];
+        if (overlap.draw[i].joint && first->filter == SCENE_FILTER_VIEW)
+            report_warn(picture->report, "filter-folds", first->pointer, overlap.samples, 0,
+                        "samples on whose ray folds of the shell overlap are not filtered: what is "
+                        "seen from a side is not known of several at once");
+    }
     overlap_finish(&overlap);
     return status;
 }
@@ -413,9 +419,9 @@ enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture, s
     return status;
 }
 
-static void bind_textures(const struct baked *baked) {
-    glBindTextureUnit(BINDING_MEDIUM, baked->medium);
-    glBindTextureUnit(BINDING_MEDIUM_GRADIENT, baked->medium_gradient);
+static void bind_textures(const struct path_object *object) {
+    const struct baked *baked = object->baked;
+    path_object_bind_medium(object, BINDING_MEDIUM, BINDING_MEDIUM_GRADIENT);
     glBindTextureUnit(BINDING_SOLID, baked->solid);
     glBindTextureUnit(BINDING_SOLID_GRADIENT, baked->solid_gradient);
 }
@@ -449,7 +455,7 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     glBindTextureUnit(BINDING_FIRST, doors->textures[0]);
     glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);
     if (object->baked)
-        bind_textures(object->baked);
+        bind_textures(object);
     gl_blocks_draw(picture->blocks, program, pass->array);
     picture->report->work.draws++;
     return gl_check("walking through a shell", err);

@@ -1,5 +1,6 @@
-/* Writes every variant of every program to a folder, one file a stage, for compilers that run
- * without a GL (tests/check/shaders.sh). Usage: shader_variants FOLDER
+/* Writes variants of every program to a folder, one file a stage, for compilers that run without a
+ * GL (tests/check/shaders.sh): those of variant_cover.h, or all. Usage: shader_variants FOLDER
+ * [all]
  *
  * Files are named PROGRAM.VARIANT.STAGE, e.g. TETRA.0x0009.frag, so that all stages of a program
  * share what precedes the last dot. Each opens with a list of the files it is made of; #line
@@ -9,6 +10,7 @@
 
 #include "renderer/gl/program.h"
 #include "renderer/gl/source.h"
+#include "tests/tools/variant_cover.h"
 
 static int write_stage(const char *folder, enum gl_program_id id, uint32_t variant,
                        const char *stage) {
@@ -46,16 +48,20 @@ done:
 
 int main(int argc, char **argv) {
     static const char *const stages[] = {"vert", "frag", "comp"};
-    if (argc != 2) {
-        fputs("usage: shader_variants FOLDER\n", stderr);
+    bool all = argc == 3 && strcmp(argv[2], "all") == 0;
+    if (argc != 2 && !all) {
+        fputs("usage: shader_variants FOLDER [all]\n", stderr);
         return 2;
     }
     int failed = 0;
     for (int id = 0; id < GL_PROGRAM_COUNT; id++) {
         uint32_t known = gl_program_flags((enum gl_program_id)id), variant = 0;
+        static struct variant_cover cover;
+        variant_cover_init(&cover, (enum gl_program_id)id);
         /* (variant - known) & known counts through the submasks of `known`, and ends at 0 again. */
         do {
-            if (gl_program_makes_sense((enum gl_program_id)id, variant)) {
+            if (gl_program_makes_sense((enum gl_program_id)id, variant) &&
+                (variant_cover_takes(&cover, variant) || all)) {
                 for (size_t i = 0; i < sizeof stages / sizeof *stages; i++)
                     failed |= write_stage(argv[1], (enum gl_program_id)id, variant, stages[i]);
                 printf("%s.0x%04x\n", gl_program_name((enum gl_program_id)id), (unsigned)variant);

@@ -15,7 +15,7 @@ static const char *const parts[] = {
     "depth",      "occluded",      "voxels",       "closed-form",  "cells",         "eye-inside",
     "fp64",       "light",         "ambient",      "shadow",       "specular",      "gradients",
     "shadow-map", "shadow-slices", "point-lights", "mesh-normals", "base-textures", "OpenImageIO",
-    "tinygltf"};
+    "tinygltf",   "filter",        "far-solids"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -23,6 +23,7 @@ enum { PART_COUNT = sizeof parts / sizeof *parts };
 #define ONE  VIEW("1", "")
 #define CAST VIEW("1", "'lights': [{'shadow': true}], ")
 #define DIM  VIEW("1", "'lights': [], 'ambient': [1, 1, 1], ")
+#define FAR  VIEW("1", "'camera': {'eye': [0, -60, 0], 'fov_y_deg': 3}, ")
 #define SHELL(mesh, material, beside)                                                              \
     "{'shell': {'mesh': {" mesh "}, 'material': {" material "}" beside "}"
 #define SPHERE "'shape': 'sphere', 'divisions': [12, 6]"
@@ -117,6 +118,18 @@ static const struct row rows[] = {
                "") ", 'quality': {'slices': 9, 'method': 'hardware', 'map': 'exact'}" END,
      "exact-map slices media resolve voxels cells light gradients",
      "SLICES_HARDWARE:medium+lit+exact RESOLVE:"},
+    {FAR SHELL(SPHERE, FUR, "") ", 'quality': {'filter': 'none'}" END,
+     "entries exact-map media resolve voxels light gradients", "WALK:medium+lit+exact RESOLVE:"},
+    {FAR SHELL(SPHERE, FUR, "") ", 'quality': {'filter': 'mip'}" END,
+     "entries exact-map media resolve voxels filter light gradients",
+     "WALK:medium+lit+exact+filter RESOLVE:"},
+    {FAR SHELL(SPHERE, FUR ", 'lit': false", "") ", 'quality': {'filter': 'view'}" END,
+     "entries exact-map media resolve voxels filter", "WALK:medium+exact+filter+view RESOLVE:"},
+    {FAR SHELL(SPHERE, CHAIN ", 'lit': false", "") ", 'quality': {'filter': 'mip'}" END,
+     "entries exact-map media resolve voxels filter far-solids",
+     "WALK:medium+exact+filter RESOLVE:"},
+    {FAR SHELL(SPHERE, MIST, "") ", 'quality': {'filter': 'view'}" END,
+     "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
     {ONE "{'mesh': {" SPHERE "}" END, "surface resolve depth light mesh-normals",
      "SURFACE:lit RESOLVE:"},
     {CAST "{'mesh': {" SPHERE "}" END, "surface resolve depth light shadow shadow-map mesh-normals",
@@ -184,7 +197,9 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_FP64, "fp64"},
                  {FLAG_SHADOW_OPAQUE, "hidden"},
                  {FLAG_SHADOW_MEDIA, "dimmed"},
-                 {FLAG_POINT, "point"}};
+                 {FLAG_POINT, "point"},
+                 {FLAG_FILTER, "filter"},
+                 {FLAG_FILTER_VIEW, "view"}};
     const char *program;
     uint32_t variant;
     *text = 0;

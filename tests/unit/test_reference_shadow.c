@@ -223,7 +223,7 @@ static void test_solid(void **state) {
         const struct volume *volume;
         bool made;
         assert_int_equal(volume_acquire(truth[0].sources.volumes,
-                                        &truth[0].scene.objects[0].shell.material, "",
+                                        &truth[0].scene.objects[0].shell.material, 1.0, "",
                                         &truth[0].assets, &volume, &made, NULL),
                          STATUS_OK);
         double length = hypot(directions[k][0], directions[k][2]);

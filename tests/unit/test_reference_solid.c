@@ -91,7 +91,7 @@ static void test_flat_ground(void **state) {
                                   "'eye': [0, -3, 3], 'target': [0, 0, 0.5], 'ortho_height': 0.01",
                                   ", 'specular': 0.5, 'shininess': 3"),
                      STATUS_OK);
-    struct scene_light light = {{0, 3, -4}, {1, 2, 3}, false};
+    struct scene_light light = {.direction = {0, 3, -4}, .color = {1, 2, 3}};
     truth.scene.lights = &light;
     truth.scene.light_count = 1;
     reference_destroy(truth.reference);
@@ -124,7 +124,7 @@ static void test_cut_open(void **state) {
                                   "0.01",
                                   ""),
                      STATUS_OK);
-    struct scene_light light = {{0, 1, 0}, {1, 1, 1}, false};
+    struct scene_light light = {.direction = {0, 1, 0}, .color = {1, 1, 1}};
     truth.scene.lights = &light;
     truth.scene.light_count = 1;
     reference_destroy(truth.reference);
