@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "renderer/shell/slabs.h"
+#include "renderer/path/runs.h"
 
 /* Prisms looked at in each shell. With 64 the figures of a sphere, a torus and a terrain are within
  * 9 % of what is drawn (tests/unit/test_choice.c holds them to it). */
@@ -135,8 +135,28 @@ static struct counted count_shell(const struct path_object *object, const struct
     return counted;
 }
 
-static void add_shell(const struct path_object *object, const struct slabs *slabs, bool lights,
-                      bool solid, struct cost *cost) {
+/* How many planes cut a unit of depth. */
+struct planes {
+    double slabs; /* with a step from each to the next */
+    double runs;  /* with a part of a cell from each to the next */
+};
+
+static struct planes find_planes(const struct path_object *objects, size_t count,
+                                 const struct slabs *slabs, bool solid) {
+    double range = slabs->high - slabs->low;
+    uint32_t wanted = 1;
+    for (size_t i = 0; i < count; i++)
+        if (path_object_drawn(&objects[i]) && objects[i].object->path == SCENE_PATH_SLICING)
+            wanted = (uint32_t)objects[i].quality;
+    if (!(range > 0))
+        return (struct planes){0, 0};
+    uint32_t run = runs_slabs(objects, count, range / wanted, solid);
+    /* Those before and behind all of it cut nothing. */
+    return (struct planes){(wanted - 1) / range, (runs_count(wanted, run) - 1) / range};
+}
+
+static void add_shell(const struct path_object *object, const struct slabs *slabs,
+                      const struct planes *planes, bool lights, bool solid, struct cost *cost) {
     const struct volume *volume = object->volume;
     struct counted counted = count_shell(object, slabs);
     enum way way = object->object->path == SCENE_PATH_SLICING ? SLABS
@@ -148,11 +168,9 @@ static void add_shell(const struct path_object *object, const struct slabs *slab
                                                    : MEDIUM;
     double outlines = counted.cells, fragments = counted.area, steps;
     if (way == SLABS) {
-        double spacing = (slabs->high - slabs->low) / fmax(object->quality, 1);
-        double cut = spacing > 0 ? 1 / spacing : 0;
-        outlines += counted.depths * cut;
-        fragments += counted.depth * cut;
-        steps = fragments;
+        outlines += counted.depths * planes->runs;
+        fragments += counted.depth * planes->runs;
+        steps = fmax(fragments, counted.depth * planes->slabs);
     } else {
         outlines = way == WALKED ? 0 : outlines;
         steps = fmax(fragments, counted.length * object->quality / object->shell->thickness);
@@ -171,16 +189,12 @@ void cost_find(const struct path_object *objects, size_t count, const struct vie
                bool lights, struct cost *cost) {
     *cost = (struct cost){.samples = (double)world->width * world->height};
     struct slabs slabs;
-    slabs_init(&slabs);
-    for (size_t i = 0; i < count; i++)
-        if (path_object_drawn(&objects[i]))
-            slabs_include(&slabs, &objects[i].projection, objects[i].shell->vertex_count);
-    for (size_t i = 0; i < count; i++) {
-        if (!path_object_drawn(&objects[i]))
-            continue;
-        if (volume_has_medium(objects[i].volume))
-            add_shell(&objects[i], &slabs, lights, false, cost);
-        if (volume_has_solid(objects[i].volume))
-            add_shell(&objects[i], &slabs, lights, true, cost);
+    runs_find_range(objects, count, &slabs);
+    for (int solid = 0; solid < 2; solid++) {
+        struct planes planes = find_planes(objects, count, &slabs, solid);
+        for (size_t i = 0; i < count; i++)
+            if (path_object_drawn(&objects[i]) && (solid ? volume_has_solid(objects[i].volume)
+                                                         : volume_has_medium(objects[i].volume)))
+                add_shell(&objects[i], &slabs, &planes, lights, solid, cost);
     }
 }
