@@ -10,8 +10,8 @@
 
 #include "renderer/prepare.h"
 
-/* Costs within this factor of one another are a tie, which the model cannot decide: it is off by no
- * more in the scenes of bench_choice.c. */
+/* Costs within this factor of one another are a tie, which the model cannot decide: its ratio
+ * of slabs to walks is off by no more in 89 of 105 scenes of bench_choice.c (cost.c). */
 #define CHOICE_TIE 2.0
 
 /* Decides for the shells of a scene whose plan_paths() left the path open: sets it in each of them,

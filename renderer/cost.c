@@ -3,10 +3,10 @@
 
 #include <math.h>
 
-#include "renderer/shell/slabs.h"
+#include "renderer/path/runs.h"
 
 /* Prisms looked at in each shell. With 64 the figures of a sphere, a torus and a terrain are within
- * 9 % of what is drawn (tests/unit/test_choice.c holds them to it). */
+ * 8 % of what is drawn (tests/unit/test_choice.c holds them to it). */
 enum { PRISMS_MAX = 64, PRISM_CELLS = 3 };
 
 /* Milliseconds of the processor for each of the figures; the frame's once for each shell. */
@@ -19,11 +19,14 @@ enum content { EVEN, MEDIUM, LIT, SOLID, CONTENTS };
 
 /* Fitted to the 315 pictures of bench_choice.c (7 shapes, 4 contents, 3 ways, 4 views) on two cores
  * of an x86-64 virtual machine under llvmpipe 22.3, by least squares of relative errors, none below
- * 0; `tests/bench/bench.py BUILD --only choice` prints them for the machine it runs on. So the
- * model is within a factor of 2 of 302 of the pictures; its ratio of slabs to walks is in 95 of
- * 105, of slabs to sorted cells in 104 of 105, and it takes the dearer way in one (by 10 %).
- * Farthest off are walks through solids that fold over themselves, since those turn out to be
- * cells. */
+ * 0; `tests/bench/bench.py BUILD --only choice` prints them for the machine it runs on. The rates
+ * of slabs are of a later day than the others, since slabs are drawn in runs, and were held to two
+ * other runs of the same bench, while other work took half of the machine and more: the model is
+ * within a factor of 2 of 299 and 296 of the pictures; its ratio of slabs to walks is in 94 and 89
+ * of 105, of slabs to sorted cells in 104 and 105 of 105. It takes the dearer of slabs and walks in
+ * 6 and 5, by a factor of 1.43 at most; of slabs and sorted cells, which are near to each other now
+ * (0.55 to 3.8), in 28 and 30, by 1.31. Farthest off are walks through solids that fold over
+ * themselves, since those turn out to be cells. */
 static const struct rates RATES[WAYS][CONTENTS] = {
     [WALKED] = {[EVEN] = {0.365, 2.17e-5, 0, 2.28e-5, 0},
                 [MEDIUM] = {0, 0, 0, 8.93e-5, 1.80e-5},
@@ -33,10 +36,10 @@ static const struct rates RATES[WAYS][CONTENTS] = {
                 [MEDIUM] = {0, 0, 2.57e-3, 1.50e-4, 1.07e-5},
                 [LIT] = {0, 0, 3.87e-3, 2.05e-4, 3.75e-5},
                 [SOLID] = {0, 0, 2.51e-3, 2.92e-4, 1.45e-5}},
-    [SLABS] = {[EVEN] = {0, 0, 9.09e-4, 4.30e-5, 0},
-               [MEDIUM] = {0, 0, 1.12e-3, 1.19e-4, 0},
-               [LIT] = {0, 0, 1.29e-3, 1.98e-4, 0},
-               [SOLID] = {0, 0, 1.44e-3, 3.10e-4, 0}},
+    [SLABS] = {[EVEN] = {0, 0, 1.29e-3, 3.82e-5, 0},
+               [MEDIUM] = {0, 0, 1.65e-3, 1.42e-4, 0},
+               [LIT] = {0, 0, 1.81e-3, 2.58e-4, 0},
+               [SOLID] = {0, 0, 2.20e-3, 2.60e-4, 5.02e-6}},
 };
 
 /* What one shell holds, whatever it is drawn by. */
@@ -135,8 +138,28 @@ static struct counted count_shell(const struct path_object *object, const struct
     return counted;
 }
 
-static void add_shell(const struct path_object *object, const struct slabs *slabs, bool lights,
-                      bool solid, struct cost *cost) {
+/* How many planes cut a unit of depth. */
+struct planes {
+    double slabs; /* with a step from each to the next */
+    double runs;  /* with a part of a cell from each to the next */
+};
+
+static struct planes find_planes(const struct path_object *objects, size_t count,
+                                 const struct slabs *slabs, bool solid) {
+    double range = slabs->high - slabs->low;
+    uint32_t wanted = 1;
+    for (size_t i = 0; i < count; i++)
+        if (path_object_drawn(&objects[i]) && objects[i].object->path == SCENE_PATH_SLICING)
+            wanted = (uint32_t)objects[i].quality;
+    if (!(range > 0))
+        return (struct planes){0, 0};
+    uint32_t run = runs_slabs(objects, count, range / wanted, solid);
+    /* Those before and behind all of it cut nothing. */
+    return (struct planes){(wanted - 1) / range, (runs_count(wanted, run) - 1) / range};
+}
+
+static void add_shell(const struct path_object *object, const struct slabs *slabs,
+                      const struct planes *planes, bool lights, bool solid, struct cost *cost) {
     const struct volume *volume = object->volume;
     struct counted counted = count_shell(object, slabs);
     enum way way = object->object->path == SCENE_PATH_SLICING ? SLABS
@@ -148,11 +171,9 @@ static void add_shell(const struct path_object *object, const struct slabs *slab
                                                    : MEDIUM;
     double outlines = counted.cells, fragments = counted.area, steps;
     if (way == SLABS) {
-        double spacing = (slabs->high - slabs->low) / fmax(object->quality, 1);
-        double cut = spacing > 0 ? 1 / spacing : 0;
-        outlines += counted.depths * cut;
-        fragments += counted.depth * cut;
-        steps = fragments;
+        outlines += counted.depths * planes->runs;
+        fragments += counted.depth * planes->runs;
+        steps = fmax(fragments, counted.depth * planes->slabs);
     } else {
         outlines = way == WALKED ? 0 : outlines;
         steps = fmax(fragments, counted.length * object->quality / object->shell->thickness);
@@ -171,16 +192,12 @@ void cost_find(const struct path_object *objects, size_t count, const struct vie
                bool lights, struct cost *cost) {
     *cost = (struct cost){.samples = (double)world->width * world->height};
     struct slabs slabs;
-    slabs_init(&slabs);
-    for (size_t i = 0; i < count; i++)
-        if (path_object_drawn(&objects[i]))
-            slabs_include(&slabs, &objects[i].projection, objects[i].shell->vertex_count);
-    for (size_t i = 0; i < count; i++) {
-        if (!path_object_drawn(&objects[i]))
-            continue;
-        if (volume_has_medium(objects[i].volume))
-            add_shell(&objects[i], &slabs, lights, false, cost);
-        if (volume_has_solid(objects[i].volume))
-            add_shell(&objects[i], &slabs, lights, true, cost);
+    runs_find_range(objects, count, &slabs);
+    for (int solid = 0; solid < 2; solid++) {
+        struct planes planes = find_planes(objects, count, &slabs, solid);
+        for (size_t i = 0; i < count; i++)
+            if (path_object_drawn(&objects[i]) && (solid ? volume_has_solid(objects[i].volume)
+                                                         : volume_has_medium(objects[i].volume)))
+                add_shell(&objects[i], &slabs, &planes, lights, solid, cost);
     }
 }

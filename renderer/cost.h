@@ -5,9 +5,10 @@
  * takes no time that could be measured), and scaled up:
  *
  *   outlines    polygons that the CPU makes and the rasteriser sets up: cells, or their parts in
- * slabs fragments   samples times the cells, or parts, that each sample's ray meets: outlines'
- * areas steps       voxels fetched: samples times length along the ray over the length of a step,
- * of which every fragment has one at least
+ *               runs of slabs (path/runs.h)
+ *   fragments   samples times the cells, or parts, that each sample's ray meets: outlines' areas
+ *   steps       voxels fetched: samples times length along the ray over the length of a step, or
+ *               times the slabs that it passes; of which every fragment has one at least
  *
  * and the time is linear in them and in the samples of the frame, by constants that
  * tests/bench/bench_choice.c measures and prints.

@@ -19,12 +19,12 @@
  * The sum is of second order everywhere, without a pass for each slab that sums before it blends.
  *
  * Runs. Most of what a part costs is to find where the ray is in its cell, not the sample taken
- * there. So a cell is drawn once for a run of RUN_SLABS slabs, with a step for each of them, and in
+ * there. So a cell is drawn once for a run of slabs (runs.h), with a step for each of them, and in
  * a run the cells of a shell are ordered by the faces that they share (shell/slab_order.h). That is
  * exact where a ray goes from cell to cell, so the error above is gone there; stretches of a ray
  * that lie in one run and do not touch are ordered by depth, and those that overlap alternate, with
- * an error (RUN_SLABS squared) times as large, still of second order. Several shells overlap more
- * often than not, and are drawn slab by slab.
+ * an error (the run's slabs squared) times as large, still of second order. Several shells overlap
+ * more often than not, and are drawn slab by slab.
  *
  * Methods `software`, `hybrid`, `hardware`: the paper's own, polygons.h; here they share the
  * planes, the lists of what a plane meets, and the alternation.
@@ -39,8 +39,8 @@
 #include "renderer/path/frame.h"
 #include "renderer/path/path.h"
 #include "renderer/path/polygons.h"
+#include "renderer/path/runs.h"
 #include "renderer/shell/slab_order.h"
-#include "renderer/shell/slabs.h"
 
 enum {
     SLICES_MAX = 131072, /* as for quality.slices */
@@ -52,11 +52,6 @@ enum {
      * apart. */
     GROUP_SLABS = 512,
     BATCH_CORNERS = 1 << 19, /* drawn at a time, so that memory does not grow with the planes */
-    /* Slabs of one medium that are drawn at once. RMSE of torus and sphere under fur, torus and
-     * terrain under clouds with 64, 256, 1,024 slabs: no more than with 1; of the teapot, whose
-     * folds overlap, with 1,024: 0.0078 with 1, 0.0084 with 4, 0.012 with 8. */
-    RUN_SLABS = 4,
-    RUN_LONGEST = PATH_STEPS_MAX / 2,
     SQUARE = 4 /* samples along the squares by which cells outside of blocks are dropped */
 };
 
@@ -102,24 +97,11 @@ static enum status slicing_create(void **state, struct error *err) {
     return gl_check("creating the slicing path", err);
 }
 
-static void find_range(const struct path_object *objects, size_t count, struct slabs *slabs) {
-    slabs_init(slabs);
-    for (size_t i = 0; i < count; i++)
-        if (path_object_drawn(&objects[i]))
-            slabs_include(slabs, &objects[i].projection, objects[i].shell->vertex_count);
-}
-
-/* What a unit of H is along the ray through the middle of the picture, in object units. */
-static double along_ray(const struct view *view) {
-    const double *d = view->d0;
-    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-}
-
 /* Planes so close that a ray through the middle of the picture meets one for each layer of voxels.
  */
 static double slices_wanted(const struct path_object *object, const struct slabs *slabs) {
-    return ceil((slabs->high - slabs->low) * along_ray(&object->projection.view) * object->layers /
-                object->shell->thickness);
+    return ceil((slabs->high - slabs->low) * runs_along_ray(&object->projection.view) *
+                object->layers / object->shell->thickness);
 }
 
 /* Whether two objects could be blended in either order: media of one constant colour. */
@@ -145,7 +127,7 @@ static enum status check_shared(const struct path_object *object, const char *me
 
 static enum status slicing_choose(struct path_object *objects, size_t count, struct error *err) {
     struct slabs slabs;
-    find_range(objects, count, &slabs);
+    runs_find_range(objects, count, &slabs);
     const struct path_object *slices_by = NULL, *method_by = NULL, *first = NULL;
     int slices = 0, method = SCENE_SLICING_AUTO;
     double wanted = 1;
@@ -214,7 +196,7 @@ static enum status find_method(struct slicing *slicing, const struct picture *pi
 static enum status slicing_prepare(void *state, struct picture *picture, struct error *err) {
     struct slicing *slicing = state;
     stage_clock_next(picture->clock, REPORT_STAGE_sort, true);
-    find_range(picture->objects, picture->object_count, &slicing->slabs);
+    runs_find_range(picture->objects, picture->object_count, &slicing->slabs);
     for (size_t i = 0; i < picture->object_count && picture->met; i++)
         if (path_object_drawn(&picture->objects[i]))
             slabs_mark(picture->objects[i].shell, &picture->objects[i].projection, picture->met);
@@ -413,27 +395,6 @@ static enum status draw_range(struct slicing *slicing, struct picture *picture, 
     return status;
 }
 
-/* How many slabs are drawn at once. Planes as published are drawn one by one. Solids hide one
- * another by depth: there a run is as long as a loop may be. Several media are mixed slab by slab.
- * Else a run is no thicker than the shell, so that what it holds of a ray is one stretch, mostly
- * (500 layers in one pixel, RMSE: 0.0056 by runs of six thicknesses, 0.0049 by slabs). */
-static uint32_t slabs_in_run(const struct slicing *slicing, const struct picture *picture,
-                             bool solid) {
-    if (slicing->method)
-        return 1;
-    uint32_t media = 0;
-    double fit = RUN_SLABS;
-    for (size_t i = 0; i < picture->object_count; i++) {
-        const struct path_object *object = &picture->objects[i];
-        if (!path_object_drawn(object))
-            continue;
-        media += volume_has_medium(object->volume);
-        fit = fmin(fit, object->shell->thickness /
-                            (slicing->outlines.spacing * along_ray(&object->projection.view)));
-    }
-    return solid ? RUN_LONGEST : media > 1 ? 1 : (uint32_t)fmax(fit, 1);
-}
-
 static enum status draw_slabs(struct slicing *slicing, struct picture *picture, bool solid,
                               struct error *err) {
     struct slabs *slabs = &slicing->slabs;
@@ -442,8 +403,9 @@ static enum status draw_slabs(struct slicing *slicing, struct picture *picture, 
             slabs->count = (uint32_t)picture->objects[i].quality;
     picture->report->work.slices = slabs->count;
     slicing->outlines.spacing = (slabs->high - slabs->low) / slabs->count;
-    uint32_t run = slabs_in_run(slicing, picture, solid);
-    slabs->count = (slabs->count - 1) / run + 1; /* from here on: runs */
+    uint32_t run =
+        runs_slabs(picture->objects, picture->object_count, slicing->outlines.spacing, solid);
+    slabs->count = runs_count(slabs->count, run); /* from here on: runs */
     if (!(slabs->low < slabs->high))
         return STATUS_OK; /* all of it lies behind the eye */
     struct part *parts;
