@@ -167,7 +167,7 @@ enum status sequence_blame(const struct sequence *sequence, int frame, struct er
     struct error told = {0};
     for (size_t i = 0; i < from->fault_count; i++) {
         const char *pointer = from->faults[i].pointer, *message = from->faults[i].message;
-        char text[JSON_PATH_BYTES + 16];
+        char text[JSON_PATH_BYTES + 16] = "";
         if (pointer)
             place(sequence, pointer, text, sizeof text);
         bool driven = pointer && strncmp(text, "/tracks/", 8) == 0;
@@ -222,7 +222,7 @@ struct visiting {
 
 static void visit_placed(void *user, const char *name, const char *pointer) {
     struct visiting *visiting = user;
-    char text[JSON_PATH_BYTES + 16];
+    char text[JSON_PATH_BYTES + 16] = "";
     for (const struct seen *at = visiting->seen; at; at = at->next)
         if (strcmp(at->name, name) == 0)
             return;

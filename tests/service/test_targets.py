@@ -7,8 +7,8 @@ PLANE = [{"shell": {"mesh": {"shape": "plane", "divisions": [3, 3]}, "thickness"
                     "tiles": [3, 3], "material": {"builtin": "clouds", "size": [32, 32, 16]}}}]
 
 
-def report_of(daemon, **members):
-    reply = daemon.post(scene(side=64, objects=PLANE, **members),
+def report_of(daemon, objects=PLANE, **members):
+    reply = daemon.post(scene(side=64, objects=objects, **members),
                         accept="application/json")
     assert reply.status == 200, reply.body
     report = reply.json()["report"]
@@ -46,11 +46,12 @@ def test_targets():
         # What was chosen is in the resolved scene, which gives the same picture.
         again = daemon.post(report["resolved"]).body
         assert again == daemon.post(scene(side=64, objects=PLANE, target={"max_error": 0.005})).body
+        walked = [dict(PLANE[0], path="tetra")]
         # Plenty of time: as good as it gets. None: the least, and it says so.
-        report = report_of(daemon, target={"deadline_ms": 600000})
+        report = report_of(daemon, objects=walked, target={"deadline_ms": 600000})
         assert report["target"]["met"] and report["target"]["reached"] == report["timing_ms"]["total"]
         assert report["resolved"]["objects"][0]["quality"]["samples"] == 8 * 16
-        report = report_of(daemon, target={"deadline_ms": 1})
+        report = report_of(daemon, objects=walked, target={"deadline_ms": 1})
         assert not report["target"]["met"] and report["target"]["reached"] > 1
         assert report["resolved"]["objects"][0]["quality"]["samples"] == 1
         for bad, pointer in (({"max_error": -1}, "/target/max_error"), ({}, "/target"),

@@ -152,6 +152,7 @@ static void test_table(void **state) {
         [IPC_TASK] = {sizeof(struct ipc_task), 1},
         [IPC_PROGRESS] = {sizeof(struct ipc_progress), 0},
         [IPC_RESULT] = {sizeof(struct ipc_result), 1},
+        [IPC_PART] = {sizeof(struct ipc_part), 0},
     };
     struct pair *pair = *state;
     struct ipc_message got;
