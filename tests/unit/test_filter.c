@@ -245,6 +245,10 @@ static void what_is_refused_and_warned_of(void **state) {
     assert_int_equal(
         support_draw(renderer, &result, TORUS, 1, "fur", "view", ", 'method': 'hybrid'"),
         STATUS_NOT_IMPLEMENTED);
+    /* Seven views of 256 x 256 x 64 voxels are 350 MB. */
+    assert_int_equal(support_draw(renderer, &result, PLANE, 1, -300.0, 300.0, 3.0, 4.0, 4.0, 4.0,
+                                  4.0, "fur", 256, 256, 64, "view"),
+                     STATUS_NOT_IMPLEMENTED);
     /* Some of it is near, and some far: a solid stays one. */
     assert_int_equal(support_draw(renderer, &result, PLANE, 1, -30.0, 0.5, 60.0, 4000.0, 4000.0,
                                   4000.0, 4000.0, "chain", 16, 16, 8, "view"),

@@ -138,8 +138,11 @@ static void along_w_it_is_exact(void **state) {
         struct view_pyramid pyramid;
         assert_int_equal(view_pyramid_make(&volume, aspect, false, &pyramid), STATUS_OK);
         assert_int_equal(pyramid.count == 0, n[0] == 1 && n[1] == 1);
-        if (pyramid.count == 0)
+        if (pyramid.count == 0) {
+            free(volume.medium);
+            view_pyramid_finish(&pyramid);
             continue;
+        }
         const struct view_level *top = &pyramid.level[pyramid.count - 1];
         assert_int_equal(top->size[0] * top->size[1], 1);
         for (int above = 0; above < 2; above++) {
