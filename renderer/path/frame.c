@@ -104,3 +104,18 @@ void frame_bind(const struct frame *frame, GLuint *buffer) {
     glNamedBufferData(*buffer, sizeof *frame, frame, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, BINDING_FRAME, *buffer);
 }
+
+/* Voxels that a step may pass before it is told of: of two, a ray at 45 degrees reads every one. */
+enum { STEP_VOXELS_MAX = 2 };
+
+void frame_warn_skipped(const struct path_object *object, double step, const char *by,
+                        struct report *report) {
+    double voxels = 0;
+    for (int i = 0; i < 2; i++)
+        voxels = fmax(voxels, object->shell->tiles_rate[i] * object->volume->size[i] * step);
+    if (voxels > STEP_VOXELS_MAX)
+        report_warn(report, "voxels-skipped", object->pointer, 1, 0,
+                    "a step along the surface passes %.3g voxels: `tiles` is large for `%s`, and "
+                    "slanting rays miss what lies between",
+                    voxels, by);
+}

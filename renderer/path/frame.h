@@ -29,6 +29,11 @@ void frame_set_spacing(struct frame *frame, double spacing);
 enum { PATH_STEPS_MAX = 8192 };
 double frame_steps_needed(const struct path_object *object);
 
+/* Warns (`voxels-skipped`) where a step of `step` object units along the surface passes over voxels,
+ * which are few for what the quality named `by` asks for. */
+void frame_warn_skipped(const struct path_object *object, double step, const char *by,
+                        struct report *report);
+
 /* Uploads the block into `buffer` (made if 0) and binds it. */
 void frame_bind(const struct frame *frame, GLuint *buffer);
 

@@ -210,6 +210,11 @@ static enum status slicing_prepare(void *state, struct picture *picture, struct 
         const struct path_object *object = &picture->objects[i];
         if (!path_object_drawn(object))
             continue;
+        if (!object->volume->homogeneous)
+            frame_warn_skipped(object,
+                               (slicing->slabs.high - slicing->slabs.low) / object->quality *
+                                   runs_along_ray(&object->projection.view),
+                               "slices", picture->report);
         if (!slicing->method) {
             status = cell_pass_prepare(slicing->cells, object, picture, err);
             continue;

@@ -19,9 +19,6 @@
 #include "renderer/shell/entries.h"
 #include "renderer/shell/sort.h"
 
-/* Voxels that a step may pass before it is told of: of two, a ray at 45 degrees reads every one. */
-enum { STEP_VOXELS_MAX = 2 };
-
 struct tetra {
     struct cell_pass *cells;
     struct outlines media, solids;
@@ -150,14 +147,7 @@ static void warn_of_steps(const struct path_object *object, struct report *repor
                     "a ray along the longest edge would take %.3g steps; segments of more "
                     "than %d take longer ones than `samples` asks for",
                     steps, PATH_STEPS_MAX);
-    double voxels = 0, step = shell->thickness / object->quality;
-    for (int i = 0; i < 2; i++)
-        voxels = fmax(voxels, shell->tiles_rate[i] * object->volume->size[i] * step);
-    if (voxels > STEP_VOXELS_MAX)
-        report_warn(report, "voxels-skipped", object->pointer, 1, 0,
-                    "a step along the surface passes %.3g voxels: `tiles` is large for `samples`, "
-                    "and slanting rays miss what lies between",
-                    voxels);
+    frame_warn_skipped(object, shell->thickness / object->quality, "samples", report);
 }
 
 static enum status tetra_prepare(void *state, struct picture *picture, struct error *err) {
