@@ -27,6 +27,7 @@ const struct matrix_path matrix_paths[] = {
 const char *const matrix_verdicts[] = {"right", "refused", "warned", "WRONG"};
 
 enum { CACHE_BYTES = 512 << 20, SLICES_A_STEP = 20, SLICES_MOST = 4096 };
+enum { PRISM_SLICES_MOST = 1 << 26 };
 
 struct matrix_truth {
     const struct matrix_case *of;
@@ -210,6 +211,13 @@ static bool compare(const struct matrix_truth *truth, const float *pixels, const
     return status == STATUS_OK;
 }
 
+/* From above each plane meets every prism: a million of them 4,096 times take more than
+ * CELL_SECONDS_MAX (0.2 s a run of slabs), and fewer slabs are no easier to draw right. */
+static int slices_most(const struct scene_mesh *mesh) {
+    double prisms = 2.0 * mesh->divisions[0] * mesh->divisions[1];
+    return (int)fmin(SLICES_MOST, fmax(1, ceil(PRISM_SLICES_MOST / fmax(prisms, 1))));
+}
+
 static enum status draw_once(struct renderer *renderer, const struct matrix_truth *truth,
                              const struct matrix_path *path, int samples,
                              struct render_result *result, struct error *err) {
@@ -229,7 +237,8 @@ static enum status draw_once(struct renderer *renderer, const struct matrix_trut
                 continue;
             int steps = objects[i].quality.samples;
             int slices = steps ? steps * SLICES_A_STEP : SLICES_MOST;
-            objects[i].quality.slices = slices < SLICES_MOST ? slices : SLICES_MOST;
+            int most = slices_most(&objects[i].shell.mesh);
+            objects[i].quality.slices = slices < most ? slices : most;
             objects[i].quality.samples = 0;
         }
     current = truth->of;
