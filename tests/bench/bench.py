@@ -3,7 +3,7 @@
 from the 10th to the 90th percentile, and the command that gives it. Everything is warm: the first
 runs are not counted.
 
-Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sequence,sort,plan,slicing,choice,memory,cold] [--repeats N]
+Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sequence,sort,plan,slicing,choice,torus,memory,cold] [--repeats N]
 The exit code is 0 whatever was measured: a machine may be slow or busy; numbers are for reading."""
 
 import argparse
@@ -22,6 +22,7 @@ import time
 
 import choice
 import table1
+import torus
 from bench_sequence import bench_sequence
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -256,6 +257,11 @@ def bench_slicing_cost(build, repeats):
     return [json.loads(line) for line in run.stdout.splitlines()]
 
 
+def bench_torus(build, repeats):
+    """Rays that walk through a fur torus, 512 x 512, all layers; growth with the number of tetrahedra."""
+    return torus.rows(build, repeats, spread, percentile, text)
+
+
 def resident_mib(pid, field="VmRSS"):
     with open(f"/proc/{pid}/status") as file:
         for line in file:
@@ -415,7 +421,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", default="demo,error,reference,service,jobs,sequence,sort,plan,slicing,choice,memory,cold")
+    parser.add_argument("--only", default="demo,error,reference,service,jobs,sequence,sort,plan,slicing,choice,torus,memory,cold")
     parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     pelt = os.path.join(options.build, "pelt")
@@ -428,6 +434,7 @@ def main():
              "slicing": lambda n: (bench_slicing(options.build, min(n, 5))
                                    + bench_slicing_cost(options.build, min(n, 5))),
              "choice": lambda n: bench_choice(options.build, min(n, 3)),
+             "torus": lambda n: bench_torus(options.build, n),
              "memory": lambda n: bench_memory(pelt, n), "cold": lambda n: bench_cold(pelt, n)}
     results = {}
     if not options.json:
@@ -449,6 +456,7 @@ def table_title(name):
     return {"demo": bench_demo, "error": bench_error, "reference": bench_reference,
             "service": bench_service, "jobs": bench_jobs, "sequence": bench_sequence,
             "sort": bench_sort, "plan": bench_plan, "slicing": bench_slicing, "choice": bench_choice,
+            "torus": bench_torus,
             "memory": bench_memory, "cold": bench_cold}[name].__doc__
 
 
