@@ -280,8 +280,10 @@ void reader_value(struct reader *reader, const struct member *member, json_t *js
         read_free_text(reader, member, json, out);
         break;
     case MEMBER_SCENE:
-    case MEMBER_ANY: /* the tree outlives the struct */
-        memcpy((char *)out + member->offset, &json, sizeof json);
+    case MEMBER_ANY: { /* the tree outlives the struct */
+        const void *tree = json;
+        memcpy((char *)out + member->offset, &tree, sizeof tree);
         break;
+    }
     }
 }

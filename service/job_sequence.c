@@ -112,7 +112,7 @@ static enum status take_frame(void *user, int frame, const unsigned char *data, 
     int last = running->order.last, left = last - frame;
     snprintf(name, sizeof name, left ? "frame %d" : "finishing", frame + 1);
     run->progress(run->user, name, (uint64_t)running->count,
-                  (uint64_t)(last - running->order.first + 1));
+                  (uint64_t)last - (uint64_t)running->order.first + 1);
     return status;
 }
 

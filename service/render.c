@@ -63,6 +63,8 @@ enum {
 };
 
 static bool parse_format(const char *name, enum encode_format *format) {
+    if (!name)
+        return false;
     if (strcasecmp(name, "png") == 0)
         *format = ENCODE_PNG;
     else if (strcasecmp(name, "exr") == 0)

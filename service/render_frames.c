@@ -130,7 +130,7 @@ static enum status draw(struct frames *frames, struct sequence *sequence, struct
     struct renderer *renderer = NULL;
     unsigned char *gif = NULL;
     size_t gif_bytes = 0;
-    size_t count = (size_t)(frames->order.last - frames->order.first + 1);
+    size_t count = (size_t)frames->order.last - (size_t)frames->order.first + 1;
     frames->total_ms = calloc(count, sizeof *frames->total_ms);
     frames->draw_ms = calloc(count, sizeof *frames->draw_ms);
     enum status status = STATUS_OK;

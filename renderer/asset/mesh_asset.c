@@ -60,9 +60,9 @@ static enum status load_soup(const struct gltf_module *gltf, const unsigned char
                          : code == GLTF_OUT_OF_MEMORY ? STATUS_OUT_OF_MEMORY
                                                       : STATUS_BAD_ASSET;
     snprintf(at, sizeof at, "%s/%s", pointer,
-             code != GLTF_NO_ANIMATION ? "asset"
-             : pose->animation         ? "animation"
-                                       : "time");
+             code != GLTF_NO_ANIMATION || !pose ? "asset"
+             : pose->animation                  ? "animation"
+                                                : "time");
     return error_fault(err, status, at, "%s", message);
 }
 

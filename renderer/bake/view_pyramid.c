@@ -256,7 +256,7 @@ static enum status look_through(const struct source *source, const struct beam *
                                 struct view_pyramid *pyramid) {
     const int *n = source->volume->size;
     size_t count = (size_t)n[0] * (size_t)n[1];
-    double *left = malloc(count * sizeof *left);
+    double *left = calloc(count, sizeof *left);
     struct column *columns = malloc(2 * count * sizeof *columns);
     if (!left || !columns) {
         free(left);
@@ -467,7 +467,7 @@ static enum status look_along_surface(const struct source *source, const double 
     struct side_work work = {
         .rays = malloc(2 * rays * sizeof *work.rays),
         .sums = {malloc((sums + 1) * sizeof **work.sums), malloc((sums + 1) * sizeof **work.sums)},
-        .below = malloc((layers + 1) * SIDE_SUMS * sizeof *work.below),
+        .below = calloc((layers + 1) * SIDE_SUMS, sizeof *work.below),
         .of_cell = malloc(layers * SIDE_SUMS * sizeof *work.of_cell)};
     bool whole = work.rays && work.sums[0] && work.sums[1] && work.below && work.of_cell;
     for (int k = 0; k < 2 * n[2] && whole; k++)

@@ -29,8 +29,8 @@ void frame_set_spacing(struct frame *frame, double spacing);
 enum { PATH_STEPS_MAX = 8192 };
 double frame_steps_needed(const struct path_object *object);
 
-/* Warns (`voxels-skipped`) where a step of `step` object units along the surface passes over voxels,
- * which are few for what the quality named `by` asks for. */
+/* Warns (`voxels-skipped`) where a step of `step` object units along the surface passes over
+ * voxels, which are few for what the quality named `by` asks for. */
 void frame_warn_skipped(const struct path_object *object, double step, const char *by,
                         struct report *report);
 

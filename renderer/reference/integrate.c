@@ -93,7 +93,8 @@ static bool add_voxels(const struct integral *integral, const struct active *act
     double source[3];
     if (volume->lit) {
         double gradient[3], normal[3] = {0, 0, 0}, color[3];
-        if (!*known && !tracer_incident(integral->tracer, t, &(struct origin){.object = NULL}, incident))
+        if (!*known &&
+            !tracer_incident(integral->tracer, t, &(struct origin){.object = NULL}, incident))
             return false;
         *known = true;
         voxels_gradient(&active->voxels, at, gradient);
