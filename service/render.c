@@ -109,7 +109,7 @@ static int parse_options(int argc, char **argv, struct options *options) {
         case OPT_FORMAT:
             options->format_name = optarg;
             options->has_format = parse_format(optarg, &options->format);
-            good = options->has_format || strcasecmp(optarg, "gif") == 0;
+            good = options->has_format || (optarg && strcasecmp(optarg, "gif") == 0);
             break;
         case OPT_ASSETS:
             options->assets = optarg;

@@ -359,10 +359,12 @@ static void mean_of_rays(const struct ray *rays, int lines, int axis, const int 
  * for layers + 1 sums. */
 static void add_axis(const float *sums, size_t cells, size_t cell, int layers, double height,
                      double length, double *below, double *of_cell) {
-    memset(below, 0, SIDE_SUMS * sizeof *below);
-    for (int k = 0; k < layers * SIDE_SUMS; k++) {
+    double sum[SIDE_SUMS] = {0};
+    for (int k = 0; k < (layers + 1) * SIDE_SUMS; k++) {
         size_t z = (size_t)k / SIDE_SUMS, c = (size_t)k % SIDE_SUMS;
-        below[SIDE_SUMS + k] = below[k] + (double)sums[(z * cells + cell) * SIDE_SUMS + c];
+        below[k] = sum[c];
+        if (z < (size_t)layers)
+            sum[c] += (double)sums[(z * cells + cell) * SIDE_SUMS + c];
     }
     for (int z = 0; z < layers; z++) {
         /* Above the shell there is nothing, and below it more of the lowest layer. */
