@@ -468,7 +468,7 @@ static enum status look_along_surface(const struct source *source, const double 
     size_t sums = cells * layers * SIDE_SUMS;
     struct side_work work = {
         .rays = malloc(2 * rays * sizeof *work.rays),
-        .sums = {malloc((sums + 1) * sizeof **work.sums), malloc((sums + 1) * sizeof **work.sums)},
+        .sums = {calloc(sums + 1, sizeof **work.sums), calloc(sums + 1, sizeof **work.sums)},
         .below = calloc((layers + 1) * SIDE_SUMS, sizeof *work.below),
         .of_cell = malloc(layers * SIDE_SUMS * sizeof *work.of_cell)};
     bool whole = work.rays && work.sums[0] && work.sums[1] && work.below && work.of_cell;
