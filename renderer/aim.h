@@ -17,7 +17,7 @@ struct aim {
 /* Whether there is anything to choose. */
 bool aim_is_free(const struct measure *measure);
 
-/* Sets path_object.samples of every object that leaves them out, and fills report->target but for
+/* Sets path_object.quality of every object that leaves it open, and fills report->target but for
  * `met` and `reached`. Statuses of probe_draw() and estimate_model(). Blocks: some per cent of what
  * drawing takes. */
 enum status aim_choose(const struct aim *aim, struct report *report, struct error *err);
