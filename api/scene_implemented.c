@@ -20,10 +20,6 @@ static bool other_path(const struct look *look) {
            look->object->path != SCENE_PATH_SLICING;
 }
 
-static bool other_traversal(const struct look *look) {
-    return look->object->quality.traversal != SCENE_TRAVERSAL_FIXED;
-}
-
 /* The quality of other paths, where `auto` may choose. */
 static bool rank(const struct look *look) {
     return look->object->quality.rank != 0;
@@ -48,7 +44,6 @@ static const struct {
 } rows[] = {
     {skeleton, {"skeleton"}, "skeletons"},
     {other_path, {"path"}, "by this path"},
-    {other_traversal, {"quality", "traversal"}, "by this traversal"},
     {rank, {"quality", "rank"}, "by gdm"},
     {iterations, {"quality", "iterations"}, "by distance"},
     {relief_steps, {"quality", "relief_steps"}, "by frusta"},

@@ -297,6 +297,11 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
          no_shell        ? no_shell
          : needs->filter ? "no sample covers more than a voxel of a medium: none is made coarser"
                          : "quality.filter is none, or nothing has voxels");
+    tell(report, "leap", plan->flags & FLAG_LEAP,
+         "rays leap over empty voxels: how far it is to the next full one is baked and fetched",
+         no_shell        ? no_shell
+         : needs->voxels ? "every ray takes steps of equal length, or from plane to plane"
+                         : "every material is homogeneous");
     tell(report, "far-solids", needs->far, "solids smaller than a sample are drawn as media",
          needs->filter ? "no solid's voxels are all smaller than a sample"
          : no_shell    ? no_shell

@@ -6,7 +6,7 @@
 
 #include "api/scene.h"
 
-enum { SWEEP_LADDER_DEFAULT = 6, SWEEP_CHOICES_MAX = 2 };
+enum { SWEEP_LADDER_DEFAULT = 6, SWEEP_CHOICES_MAX = 3 };
 
 struct sweep_row {
     const char *name, *text; /* "tetra-walk"; what it is, for people */

@@ -13,6 +13,7 @@ layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
 #endif
 
 #include "common_filter.glsl"
+#include "common_leap.glsl"
 
 /* What has been gathered, from the front: radiance, optical depth, what is let through; and whether
  * all of it was: llvmpipe lets all loops of an invocation turn 65,535 times together, and then ends
@@ -26,10 +27,25 @@ struct Ray {
 /* Along one segment; `span` is its length in object units, `v` points toward the viewer. */
 void march(inout Ray ray, inout Way way, float span, vec3 v) {
     /* The bound on the loop is a uniform: a count from interpolants can run away. */
+#if (VARIANT & FLAG_LEAP) != 0
+    /* At where a step begins and how far it goes, as shares of the segment; the sample is in its middle. */
+    float at = 0.0, on;
+    bool empty;
+    vec3 begin = way_at(way, 0.0), voxels = way_voxels(way);
+    do {
+        on = leap_from(begin, voxels, frame[FRAME_OV].w, at, empty);
+        vec3 q = way_at(way, at + 0.5 * on);
+        begin = q + 0.5 * on * way_rate(way);
+        voxels = way_voxels(way);
+        float length_scaled = span * on * frame[FRAME_STEP].y;
+#define IN_STEP(tau) place_in_step(at / on + 0.5, 1.0 / on, tau)
+#else
     float steps = clamp(ceil(span * STEP_RATE), 1.0, frame[FRAME_STEP].z);
     float length_scaled = span / steps * frame[FRAME_STEP].y, i = 0.5;
     do {
         vec3 q = way_at(way, i / steps);
+#define IN_STEP(tau) place_in_step(i, steps, tau)
+#endif
         vec4 m = medium_at(q); /* extinction-weighted colour, extinction */
         vec3 source = m.rgb / max(m.a, 1.0e-30);
         float tau_i = m.a * length_scaled;
@@ -38,7 +54,7 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         float g = length(gradient);
         vec3 n = way_normal(way, gradient);
         n *= inversesqrt(max(dot(n, n), 1.0e-37));
-        source = lit(source, n, v, g / (g + 0.01), place_in_step(i, steps, tau_i));
+        source = lit(source, n, v, g / (g + 0.01), IN_STEP(tau_i));
 #elif (VARIANT & FLAG_AMBIENT) != 0
         source *= frame[FRAME_AMBIENT].rgb;
 #endif
@@ -46,6 +62,11 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         ray.color += lost * source;
         ray.left -= lost;
         ray.tau += tau_i;
+#if (VARIANT & FLAG_LEAP) != 0
+    } while ((at += on) < 1.0);
+    ray.whole = ray.whole && at >= 1.0;
+#else
     } while ((i += 1.0) < steps);
     ray.whole = ray.whole && i >= steps;
+#endif
 }

@@ -167,6 +167,12 @@ vec3 way_at(inout Way way, float f) {
     return vec3(way.uv0 + q.x * way.du1 + q.y * way.du2, q.z);
 }
 
+/* How these change with f where they were last asked for. */
+vec3 way_rate(Way way) {
+    vec3 on = way.a_on + way.z_on;
+    return vec3(on.x * way.du1 + on.y * way.du2, on.z);
+}
+
 /* From gradients per voxel to world normals, up to their length, where way_at() was last asked. */
 mat3 way_to_world(Way way) {
     vec3 x = world_normal(way.X), y = world_normal(way.Y), z = world_normal(way.Z);
@@ -189,6 +195,10 @@ struct Way {
 
 vec3 way_at(Way way, float f) {
     return way.at_in + way.along * f;
+}
+
+vec3 way_rate(Way way) {
+    return way.along;
 }
 
 mat3 way_to_world(Way way) {

@@ -27,7 +27,9 @@
      (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
      (((v)&FLAG_POINT) == 0 || ((v)&FLAGS_SHADOW) == 0 || ((v)&FLAGS_SHADOW) == FLAGS_SHADOW) &&   \
      (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
-     (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0))
+     (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
+     (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
+     (((v)&FLAG_DDA) == 0 || ((v)&FLAG_LEAP) != 0))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -47,6 +49,8 @@
 #define FLAG_FILTER                                                                                \
     0x100000 /* voxels are read at the level of the footprint (common_filter.glsl) */
 #define FLAG_FILTER_VIEW 0x200000 /* and by the side from which they are seen */
+#define FLAG_LEAP        0x800000 /* traversal `adaptive`, `dda`: leap over what is empty, step by voxels */
+#define FLAG_DDA         0x1000000 /* and end no step beyond the next plane of voxel centres */
 #define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
 
 #define FLAG_SHADOW_OPAQUE 0x10000 /* a light throws shadows of opaque things */
@@ -60,7 +64,7 @@
  * object's space; the rest is in the world's. */
 #define FRAME_O0 0 /* ray origin: o0, ou, ov; w: view.depth_scale */
 #define FRAME_OU 1 /* w: t of the object's centre */
-#define FRAME_OV 2
+#define FRAME_OV 2 /* w: voxels that a step passes at most, FLAG_LEAP */
 #define FRAME_D0 3 /* ray direction: d0, du, dv */
 #define FRAME_DU 4
 #define FRAME_DV 5
@@ -99,6 +103,7 @@
 #define BINDING_FIRST           10 /* usamplerBuffer: a sample's first entry */
 #define BINDING_BLOCKS          11 /* samplerBuffer: the blocks' lower left pixels */
 #define BINDING_CUTS            9  /* usamplerBuffer: what planes cut; slices do not walk */
+#define BINDING_LEAP            12 /* sampler3D: how far it is to the next voxel that holds something */
 #define BINDING_MAPS            13 /* samplerBuffer: the prisms' own maps, prism_map.h */
 
 /* The uniform block of shadows: texels along the maps' sides, 1 over that, layers of four depths,

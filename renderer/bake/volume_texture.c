@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/bake/empty_space.h"
 #include "renderer/bake/normals.h"
 #include "renderer/bake/pyramid.h"
 #include "renderer/bake/view_pyramid.h"
@@ -52,9 +53,10 @@ static void free_entry(struct bake_cache *cache, struct entry *entry) {
     cache->bytes -= entry->bytes;
     const struct baked *b = &entry->baked;
     /* Names of 0 are ignored by the GL. */
-    glDeleteTextures(9, (const GLuint[]){b->medium, b->solid, b->medium_gradient, b->solid_gradient,
-                                         b->medium_mips, b->gradient_mips, b->medium_views,
-                                         b->gradient_views, b->left_views});
+    glDeleteTextures(11, (const GLuint[]){b->medium, b->solid, b->medium_gradient,
+                                          b->solid_gradient, b->medium_mips, b->gradient_mips,
+                                          b->medium_views, b->gradient_views, b->left_views,
+                                          b->medium_leap, b->solid_leap});
     free(entry);
 }
 
@@ -155,6 +157,34 @@ static enum status add_gradient(struct work *work, enum bake_field field, GLuint
     return status;
 }
 
+/* How far from each voxel the nearest one is that holds something. */
+static enum status add_leaps(struct work *work, enum bake_field field, GLuint *texture) {
+    const struct volume *volume = work->volume;
+    bool present = field == BAKE_FIELD_SOLID ? volume->solid != NULL : volume->medium != NULL;
+    if (!present || *texture)
+        return STATUS_OK;
+    enter_stage(work, REPORT_STAGE_bake);
+    size_t bytes = voxel_count(volume);
+    uint8_t *distance = malloc(bytes);
+    if (!distance || empty_space(volume, field, distance) != STATUS_OK) {
+        free(distance);
+        return error_fault(work->err, STATUS_OUT_OF_MEMORY, NULL, "no memory for empty space");
+    }
+    enter_stage(work, REPORT_STAGE_upload);
+    const int *size = volume->size;
+    GLuint name = make_texture(size, GL_R8, 1);
+    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTextureSubImage3D(name, 0, 0, 0, 0, size[0], size[1], size[2], GL_RED, GL_UNSIGNED_BYTE,
+                        distance);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    free(distance);
+    *texture = name;
+    work->uploaded += bytes;
+    return gl_check("uploading empty space", work->err);
+}
+
 /* The medium with all its levels, and their gradients where they are wanted. */
 static enum status add_mips(struct work *work, bool lit) {
     struct baked *baked = &work->entry->baked;
@@ -250,6 +280,10 @@ static enum status add_textures(struct work *work, bool lit, const struct bake_f
         status = add_gradient(work, BAKE_FIELD_MEDIUM, &baked->medium_gradient);
     if (status == STATUS_OK && lit)
         status = add_gradient(work, BAKE_FIELD_SOLID, &baked->solid_gradient);
+    if (status == STATUS_OK && filter->leaps[0])
+        status = add_leaps(work, BAKE_FIELD_MEDIUM, &baked->medium_leap);
+    if (status == STATUS_OK && filter->leaps[1])
+        status = add_leaps(work, BAKE_FIELD_SOLID, &baked->solid_leap);
     return status;
 }
 

@@ -30,6 +30,10 @@ struct baked {
      * GL_LINEAR_MIPMAP_LINEAR; 0 until the material is asked for with the filter `mip`. */
     GLuint medium_mips, gradient_mips;
 
+    /* R8, GL_NEAREST: distances to what holds something (empty_space.h), in voxels; 0 until the
+     * material is asked for with `leaps`. */
+    GLuint medium_leap, solid_leap;
+
     /* Beside `medium` and `medium_gradient`: GL_TEXTURE_2D_ARRAY over (u, v), view_pyramid.h, of
      * half as many texels along u and v and all coarser levels; 0 until the material is asked for
      * with the filter `view`, and where u and v are of one voxel each. */
@@ -61,6 +65,7 @@ enum status bake_acquire(struct bake_cache *cache, const struct volume *volume, 
 struct bake_filter {
     enum scene_filter kind;
     double aspect[2];
+    bool leaps[2]; /* rays leap over what is empty in the medium, in the solid */
 };
 
 /* The same for a medium that is read through a filter. `mip`: `medium_mips` stands in for `medium`,

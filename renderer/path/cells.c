@@ -319,6 +319,8 @@ void cells_bind_textures(const struct path_object *object, bool solid) {
     if (!baked) /* a homogeneous medium has none */
         return;
     if (solid) {
+        if (baked->solid_leap)
+            glBindTextureUnit(BINDING_LEAP, baked->solid_leap);
         glBindTextureUnit(BINDING_SOLID, baked->solid);
         glBindTextureUnit(BINDING_SOLID_GRADIENT, baked->solid_gradient);
     } else {

@@ -137,6 +137,8 @@ enum status footprint_choose_filters(struct path_object *objects, size_t count, 
 
 struct bake_filter footprint_filter(const struct path_object *object) {
     struct bake_filter filter = {.kind = object->filter};
+    for (int i = 0; i < 2; i++)
+        filter.leaps[i] = path_object_leaps(object, i == 1);
     const struct shell *shell = object->shell;
     /* Texture coordinates that do not change, or that do so within nothing, have no length: far
      * beyond what a footprint can tell apart. */

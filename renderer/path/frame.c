@@ -68,15 +68,29 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
     frame->v[FRAME_SIZE][3] = object->mirrored ? -1 : 1;
 }
 
+static double steps_of(const struct path_object *object, int quality) {
+    return ceil((double)object->shell->longest * quality / object->shell->thickness) + 1;
+}
+
 double frame_steps_needed(const struct path_object *object) {
-    return ceil((double)object->shell->longest * object->quality / object->shell->thickness) + 1;
+    return steps_of(object, object->quality);
+}
+
+int frame_steps_max(const struct path_object *object) {
+    double steps = frame_steps_needed(object);
+    if (path_object_leaps(object, false) || path_object_leaps(object, true)) {
+        bool more = object->quality > object->layers;
+        steps = STEPS_VOXELS * steps_of(object, more ? object->quality : object->layers);
+    }
+    return (int)fmin(steps, PATH_STEPS_MAX);
 }
 
 void frame_set_shell(struct frame *frame, const struct path_object *object) {
     const struct volume *volume = object->volume;
     frame->v[FRAME_STEP][0] = (float)(object->quality / object->shell->thickness);
     frame->v[FRAME_STEP][1] = (float)(1 / object->shell->thickness);
-    frame->v[FRAME_STEP][2] = (float)fmin(frame_steps_needed(object), PATH_STEPS_MAX);
+    frame->v[FRAME_STEP][2] = (float)frame_steps_max(object);
+    frame->v[FRAME_OV][3] = (float)volume->size[2] / (float)object->quality;
     /* A ray may end where what is left of it cannot matter: that error must vanish with the square
      * of the steps, as the integration's does (1e-4 at 32 steps, where the integration's is 1e-2),
      * and with few steps, where the field may still be constant, be no more than that. */
@@ -118,4 +132,9 @@ void frame_warn_skipped(const struct path_object *object, double step, const cha
                     "a step along the surface passes %.3g voxels: `tiles` is large for `%s`, and "
                     "slanting rays miss what lies between",
                     voxels, by);
+}
+
+void frame_warn_fixed(const struct path_object *object, const char *why, struct report *report) {
+    report_warn(report, "traversal-fixed", object->pointer, 1, 0,
+                "%s: there steps are of equal length, and leap over nothing", why);
 }

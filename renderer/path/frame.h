@@ -29,10 +29,18 @@ void frame_set_spacing(struct frame *frame, double spacing);
 enum { PATH_STEPS_MAX = 8192 };
 double frame_steps_needed(const struct path_object *object);
 
+/* The most steps that rays take in any segment of it. Those that leap from voxel to voxel may take
+ * STEPS_VOXELS times as many as others need for their layers; smaller voxels they pass over. */
+enum { STEPS_VOXELS = 16 };
+int frame_steps_max(const struct path_object *object);
+
 /* Warns (`voxels-skipped`) where a step of `step` object units along the surface passes over
  * voxels, which are few for what the quality named `by` asks for. */
 void frame_warn_skipped(const struct path_object *object, double step, const char *by,
                         struct report *report);
+
+/* Warns (`traversal-fixed`) that a medium's steps do not leap as asked, `why`. */
+void frame_warn_fixed(const struct path_object *object, const char *why, struct report *report);
 
 /* Uploads the block into `buffer` (made if 0) and binds it. */
 void frame_bind(const struct frame *frame, GLuint *buffer);

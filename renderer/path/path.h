@@ -43,11 +43,12 @@ struct path_object {
     bool walk_asked;   /* the scene asks for that, so nothing else may be done */
     bool solid_cells;  /* walked, but for its solid: folds of it overlap, and the depth test of its
                           cells finds the nearest surface (set by the path's `prepare`) */
-    enum scene_slicing_method method; /* of the slicing path, never `auto` */
-    bool fp64;                        /* rays meet its cells in doubles (shell/precision.h) */
-    enum scene_filter filter;         /* of its voxels, never `auto` */
-    bool far_solid;                   /* its solid is drawn as a medium (renderer/far_solids.h) */
-    double footprint;                 /* the largest of any sample, in voxels (footprint.h) */
+    enum scene_slicing_method method;  /* of the slicing path, never `auto` */
+    bool fp64;                         /* rays meet its cells in doubles (shell/precision.h) */
+    enum scene_traversal traversal[2]; /* of its medium and its solid; `auto`: the path has none */
+    enum scene_filter filter;          /* of its voxels, never `auto` */
+    bool far_solid;                    /* its solid is drawn as a medium (renderer/far_solids.h) */
+    double footprint;                  /* the largest of any sample, in voxels (footprint.h) */
     bool exact; /* textures are read by the prisms' own map; else by the tetrahedra's affine one */
 
     uint32_t shadow; /* FLAGS_PLACE that its lit draws need */
@@ -120,6 +121,15 @@ static inline bool volume_has_solid(const struct volume *volume) {
     return volume->solid != NULL;
 }
 
+/* Whether its medium's, or its solid's, draws leap over empty voxels. What a filter reads reaches
+ * beyond the voxels, so there they do not. */
+static inline bool path_object_leaps(const struct path_object *object, bool solid) {
+    enum scene_traversal traversal = object->traversal[solid];
+    return object->shell && !object->volume->homogeneous &&
+           (solid || object->filter == SCENE_FILTER_NONE) &&
+           (traversal == SCENE_TRAVERSAL_ADAPTIVE || traversal == SCENE_TRAVERSAL_DDA);
+}
+
 /* Whether an object is a shell that holds anything. */
 static inline bool path_object_drawn(const struct path_object *object) {
     return object->shell && (volume_has_medium(object->volume) || volume_has_solid(object->volume));
@@ -132,6 +142,8 @@ static inline void path_object_bind_medium(const struct path_object *object, GLu
     bool mips = object->filter == SCENE_FILTER_MIP;
     glBindTextureUnit(medium, mips ? baked->medium_mips : baked->medium);
     glBindTextureUnit(gradient, mips ? baked->gradient_mips : baked->medium_gradient);
+    if (baked->medium_leap)
+        glBindTextureUnit(BINDING_LEAP, baked->medium_leap);
     if (object->filter == SCENE_FILTER_VIEW) {
         glBindTextureUnit(BINDING_VIEW, baked->medium_views);
         glBindTextureUnit(BINDING_VIEW_LEFT, baked->left_views);

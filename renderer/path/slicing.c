@@ -165,6 +165,7 @@ static enum status slicing_choose(struct path_object *objects, size_t count, str
         objects[i].quality = chosen;
         objects[i].quality_free = !slices && !any;
         objects[i].any_quality = any;
+        objects[i].traversal[0] = objects[i].traversal[1] = SCENE_TRAVERSAL_AUTO;
         objects[i].method = (enum scene_slicing_method)method;
     }
     return STATUS_OK;

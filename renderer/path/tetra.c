@@ -63,8 +63,15 @@ static enum status tetra_choose(struct path_object *objects, size_t count, struc
             continue;
         int asked = object->object->quality.samples;
         object->quality = asked ? asked : object->layers;
-        object->quality_free = !asked && !object->volume->homogeneous;
-        object->any_quality = object->volume->homogeneous || !path_object_drawn(object);
+        enum scene_traversal traversal = object->object->quality.traversal;
+        bool free = traversal == SCENE_TRAVERSAL_AUTO;
+        object->traversal[0] = free ? SCENE_TRAVERSAL_FIXED : traversal;
+        object->traversal[1] = free ? SCENE_TRAVERSAL_DDA : traversal;
+        /* From voxel to voxel a surface is found, however many steps are asked for. */
+        bool found =
+            !volume_has_medium(object->volume) && object->traversal[1] == SCENE_TRAVERSAL_DDA;
+        object->any_quality = object->volume->homogeneous || !path_object_drawn(object) || found;
+        object->quality_free = !asked && !object->volume->homogeneous && !found;
     }
     return STATUS_OK;
 }
@@ -72,6 +79,13 @@ static enum status tetra_choose(struct path_object *objects, size_t count, struc
 static void tetra_resolve(const struct path_object *object, struct scene_quality *quality) {
     quality->samples = object->quality;
     quality->order = object->walk ? SCENE_ORDER_WALK : SCENE_ORDER_SORTED;
+    /* Where both parts chose for themselves no one name tells it. */
+    if (object->volume->homogeneous)
+        quality->traversal = SCENE_TRAVERSAL_AUTO;
+    else if (!volume_has_solid(object->volume))
+        quality->traversal = object->traversal[0];
+    else if (!volume_has_medium(object->volume))
+        quality->traversal = object->traversal[1];
 }
 
 static enum status sort_media(struct tetra *tetra, struct picture *picture, struct error *err) {
@@ -141,13 +155,19 @@ static void warn_of_steps(const struct path_object *object, struct report *repor
     const struct shell *shell = object->shell;
     if (object->volume->homogeneous)
         return;
+    if (volume_has_medium(object->volume) && object->traversal[0] != SCENE_TRAVERSAL_FIXED &&
+        !path_object_leaps(object, false))
+        frame_warn_fixed(object, "a filter reads beyond the voxels", report);
     double steps = frame_steps_needed(object);
     if (steps > PATH_STEPS_MAX)
         report_warn(report, "steps-capped", object->pointer, 1, 0,
                     "a ray along the longest edge would take %.3g steps; segments of more "
                     "than %d take longer ones than `samples` asks for",
                     steps, PATH_STEPS_MAX);
-    frame_warn_skipped(object, shell->thickness / object->quality, "samples", report);
+    double step = shell->thickness / object->quality;
+    if (object->any_quality) /* from voxel to voxel, as far as a segment's steps reach */
+        step = (double)shell->longest / frame_steps_max(object);
+    frame_warn_skipped(object, step, "samples", report);
 }
 
 static enum status tetra_prepare(void *state, struct picture *picture, struct error *err) {

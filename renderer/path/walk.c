@@ -240,6 +240,9 @@ static enum status prepare_medium(struct walk_pass *pass, struct picture *pictur
     for (uint32_t i = 0; i < from->shell_count; i++) {
         const struct path_object *object = &picture->objects[object_of[from->shell[i]]];
         const struct device_walk *device = resident_find(&pass->shells, object->shell->serial);
+        if (path_object_leaps(object, false))
+            frame_warn_fixed(object, "shells or folds that overlap are walked through at once",
+                             picture->report);
         joint->shell[i] = (struct joint_shell){object,
                                                device->buffers[CELLS],
                                                device->buffers[LINKS],
@@ -419,9 +422,11 @@ enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture, s
     return status;
 }
 
-static void bind_textures(const struct path_object *object) {
+static void bind_textures(const struct path_object *object, bool solid) {
     const struct baked *baked = object->baked;
     path_object_bind_medium(object, BINDING_MEDIUM, BINDING_MEDIUM_GRADIENT);
+    if (solid && baked->solid_leap)
+        glBindTextureUnit(BINDING_LEAP, baked->solid_leap);
     glBindTextureUnit(BINDING_SOLID, baked->solid);
     glBindTextureUnit(BINDING_SOLID_GRADIENT, baked->solid_gradient);
 }
@@ -455,7 +460,7 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     glBindTextureUnit(BINDING_FIRST, doors->textures[0]);
     glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);
     if (object->baked)
-        bind_textures(object);
+        bind_textures(object, solid);
     gl_blocks_draw(picture->blocks, program, pass->array);
     picture->report->work.draws++;
     return gl_check("walking through a shell", err);

@@ -15,7 +15,7 @@ static const char *const parts[] = {
     "depth",      "occluded",      "voxels",       "closed-form",  "cells",         "eye-inside",
     "fp64",       "light",         "ambient",      "shadow",       "specular",      "gradients",
     "shadow-map", "shadow-slices", "point-lights", "mesh-normals", "base-textures", "OpenImageIO",
-    "tinygltf",   "filter",        "far-solids"};
+    "tinygltf",   "filter",        "leap",         "far-solids"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -43,27 +43,29 @@ struct row {
 };
 
 static const struct row rows[] = {
-    {ONE SHELL(SPHERE, CHAIN, "") END, "entries solid exact-map resolve voxels light gradients",
-     "WALK:solid+lit+exact RESOLVE:"},
+    {ONE SHELL(SPHERE, CHAIN, "") END,
+     "entries solid exact-map resolve voxels leap light gradients",
+     "WALK:solid+lit+exact+leap+dda RESOLVE:"},
     {VIEW("4", "") SHELL(SPHERE, CHAIN, "") END,
-     "entries solid exact-map resolve supersampling voxels light gradients",
-     "WALK:solid+lit+exact RESOLVE:"},
-    {DIM SHELL(SPHERE, CHAIN, "") END, "entries solid exact-map resolve voxels ambient",
-     "WALK:solid+ambient+exact RESOLVE:"},
+     "entries solid exact-map resolve supersampling voxels leap light gradients",
+     "WALK:solid+lit+exact+leap+dda RESOLVE:"},
+    {DIM SHELL(SPHERE, CHAIN, "") END, "entries solid exact-map resolve voxels leap ambient",
+     "WALK:solid+ambient+exact+leap+dda RESOLVE:"},
     {VIEW("1", "'report': {'error': 'estimate'}, ") SHELL(SPHERE, FUR ", 'lit': false", "") END,
      "entries exact-map media resolve error voxels", "WALK:medium+exact RESOLVE: RESOLVE:blocks"},
-    {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") END, "entries solid exact-map resolve voxels",
-     "WALK:solid+exact RESOLVE:"},
+    {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") END,
+     "entries solid exact-map resolve voxels leap", "WALK:solid+exact+leap+dda RESOLVE:"},
     {ONE SHELL(SPHERE, CHAIN ", 'specular': 1", "") END,
-     "entries solid exact-map resolve voxels light specular gradients",
-     "WALK:solid+lit+specular+exact RESOLVE:"},
+     "entries solid exact-map resolve voxels leap light specular gradients",
+     "WALK:solid+lit+specular+exact+leap+dda RESOLVE:"},
     {DIM SHELL(SPHERE, CHAIN ", 'specular': 1", "") END,
-     "entries solid exact-map resolve voxels ambient", "WALK:solid+ambient+exact RESOLVE:"},
+     "entries solid exact-map resolve voxels leap ambient",
+     "WALK:solid+ambient+exact+leap+dda RESOLVE:"},
     {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") SORTED END,
-     "solid exact-map resolve depth voxels cells", "TETRA:solid+exact RESOLVE:"},
+     "solid exact-map resolve depth voxels leap cells", "TETRA:solid+exact+leap+dda RESOLVE:"},
     {ONE SHELL(SPHERE, CHAIN ", 'lit': false", "") "}, " SHELL(SPHERE, CHAIN ", 'lit': false", "")
          END,
-     "entries solid exact-map resolve depth voxels", "WALK:solid+exact RESOLVE:"},
+     "entries solid exact-map resolve depth voxels leap", "WALK:solid+exact+leap+dda RESOLVE:"},
     {ONE SHELL(SPHERE, FUR, "") END, "entries exact-map media resolve voxels light gradients",
      "WALK:medium+lit+exact RESOLVE:"},
     {ONE SHELL(SPHERE, FUR ", 'lit': false", "") END, "entries exact-map media resolve voxels",
@@ -137,8 +139,8 @@ static const struct row rows[] = {
     {VIEW("1", "'lights': [{'position': [0, 0, 3]}], ") "{'mesh': {" SPHERE "}" END,
      "surface resolve depth light point-lights mesh-normals", "SURFACE:lit+point RESOLVE:"},
     {CAST SHELL(SPHERE, CHAIN, "") END,
-     "entries solid exact-map resolve voxels light shadow shadow-map gradients",
-     "CASTER:solid+lit+exact WALK:solid+lit+exact+hidden RESOLVE:"},
+     "entries solid exact-map resolve voxels leap light shadow shadow-map gradients",
+     "CASTER:solid+lit+exact WALK:solid+lit+exact+hidden+leap+dda RESOLVE:"},
     {CAST SHELL(SPHERE, FUR, "") END,
      "entries exact-map media resolve voxels light shadow shadow-slices gradients",
      "CASTER:medium+exact CASTER_RANGE: RANGE_FILL: WALK:medium+lit+exact+dimmed RESOLVE:"},
@@ -158,7 +160,8 @@ static const struct row rows[] = {
          SPHERE,
          "'height': 'api/examples/assets/pebbles-height.png', 'size': [16, 16, 8], 'lit': false",
          "") END,
-     "entries solid exact-map resolve voxels OpenImageIO", "WALK:solid+exact RESOLVE:"},
+     "entries solid exact-map resolve voxels leap OpenImageIO",
+     "WALK:solid+exact+leap+dda RESOLVE:"},
 };
 
 static enum status draw(struct renderer *renderer, const char *json, struct render_result *result) {
@@ -199,7 +202,9 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_SHADOW_MEDIA, "dimmed"},
                  {FLAG_POINT, "point"},
                  {FLAG_FILTER, "filter"},
-                 {FLAG_FILTER_VIEW, "view"}};
+                 {FLAG_FILTER_VIEW, "view"},
+                 {FLAG_LEAP, "leap"},
+                 {FLAG_DDA, "dda"}};
     const char *program;
     uint32_t variant;
     *text = 0;
@@ -273,24 +278,25 @@ static void test_what_is_left_out_changes_nothing(void **state) {
         double most;
     } forced[] = {
         {DIM SHELL(SPHERE, FUR, "") END, FORCE_LIGHT, "WALK:medium+lit+exact", 0},
-        {DIM SHELL(SPHERE, CHAIN, "") END, FORCE_LIGHT, "WALK:solid+lit+exact", 0},
+        {DIM SHELL(SPHERE, CHAIN, "") END, FORCE_LIGHT, "WALK:solid+lit+exact+leap+dda", 0},
         {DIM SHELL(SPHERE, CHAIN ", 'lit': false", "") SORTED END, FORCE_LIGHT,
-         "TETRA:solid+lit+exact", 0},
+         "TETRA:solid+lit+exact+leap+dda", 0},
         {DIM "{'mesh': {" SPHERE "}" END, FORCE_LIGHT, "SURFACE:lit", 0},
         {DIM "{'mesh': {" SPHERE "}" END, FORCE_TEXTURED, "SURFACE:ambient+textured", 0},
         {ONE SHELL(SPHERE, FUR, "") END, FORCE_SPECULAR, "WALK:medium+lit+specular+exact", 0},
-        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_SPECULAR, "TETRA:solid+lit+specular+exact",
-         0},
+        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_SPECULAR,
+         "TETRA:solid+lit+specular+exact+leap+dda", 0},
         {ONE SHELL(SPHERE, FUR, "") END, FORCE_OCCLUDED, "WALK:medium+lit+occluded+exact", 0},
         {ONE SHELL(SPHERE, MIST, "") SORTED END, FORCE_OCCLUDED, "TETRA:homogeneous+occluded", 0},
         {ONE SHELL(SPHERE, MIST, "") SORTED END, FORCE_EYE_INSIDE, "TETRA:homogeneous+eye", 0},
-        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_EYE_INSIDE, "TETRA:solid+lit+eye+exact", 0},
+        {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_EYE_INSIDE,
+         "TETRA:solid+lit+eye+exact+leap+dda", 0},
         {ONE SHELL(SPHERE, CHAIN, "") END, FORCE_DEPTH, "", 0},
         {ONE SHELL(SPHERE, CHAIN, "") END, FORCE_MEDIUM, "WALK:medium+lit+occluded+exact", 0},
         {ONE SHELL(SPHERE, CHAIN, "") SORTED END, FORCE_MEDIUM, "TETRA:medium+lit+occluded+exact",
          0},
         {ONE SHELL(SPHERE, FUR, "") END, FORCE_SOLID,
-         "WALK:medium+lit+occluded+exact WALK:solid+lit+exact", 0},
+         "WALK:medium+lit+occluded+exact WALK:solid+lit+exact+leap+dda", 0},
         {ONE SHELL(SPHERE, FUR, "") END, FORCE_SHADOW,
          "CASTER:medium+exact CASTER_RANGE: RANGE_FILL: WALK:medium+lit+exact+dimmed", 0},
         {ONE "{'mesh': {" SPHERE "}" END, FORCE_SHADOW, "CASTER_SURFACE: SURFACE:lit+hidden", 0},

@@ -14,9 +14,6 @@ static void what_is_not_drawn(void **state) {
         {ONE("{" FUR ", \"path\": \"gdm\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"distance\"}"), "/objects/0/path"},
         {ONE("{" FUR ", \"path\": \"frusta\"}"), "/objects/0/path"},
-        {ONE("{" FUR ", \"quality\": {\"traversal\": \"dda\"}}"), "/objects/0/quality/traversal"},
-        {ONE("{" FUR ", \"quality\": {\"traversal\": \"adaptive\"}}"),
-         "/objects/0/quality/traversal"},
         {ONE("{" FUR ", \"quality\": {\"rank\": 2}}"), "/objects/0/quality/rank"},
         {ONE("{" FUR ", \"quality\": {\"iterations\": 2}}"), "/objects/0/quality/iterations"},
         {ONE("{" FUR ", \"quality\": {\"relief_steps\": 2}}"), "/objects/0/quality/relief_steps"},
@@ -45,6 +42,8 @@ static void what_is_drawn(void **state) {
         ONE("{" FUR ", \"path\": \"auto\"}"),
         ONE("{" FUR ", \"path\": \"tetra\", \"quality\": {\"samples\": 9, \"order\": \"sorted\", "
             "\"traversal\": \"fixed\"}}"),
+        ONE("{" FUR ", \"quality\": {\"traversal\": \"dda\"}}"),
+        ONE("{" FUR ", \"quality\": {\"traversal\": \"adaptive\"}}"),
         ONE("{" FUR
             ", \"path\": \"slicing\", \"quality\": {\"slices\": 2, \"method\": \"hybrid\"}}"),
         ONE("{" FUR ", \"quality\": {\"slices\": 2}}"),
