@@ -49,9 +49,10 @@
 #define FLAG_FILTER                                                                                \
     0x100000 /* voxels are read at the level of the footprint (common_filter.glsl) */
 #define FLAG_FILTER_VIEW 0x200000 /* and by the side from which they are seen */
-#define FLAG_LEAP        0x800000 /* traversal `adaptive`, `dda`: leap over what is empty, step by voxels */
-#define FLAG_DDA         0x1000000 /* and end no step beyond the next plane of voxel centres */
-#define FLAG_COUNT       0x8000 /* for measuring alone, and in no row of programs.def: count fetches */
+#define FLAG_LEAP                                                                                  \
+    0x800000 /* traversal `adaptive`, `dda`: leap over what is empty, step by voxels */
+#define FLAG_DDA   0x1000000 /* and end no step beyond the next plane of voxel centres */
+#define FLAG_COUNT 0x8000    /* for measuring alone, and in no row of programs.def: count fetches */
 
 #define FLAG_SHADOW_OPAQUE 0x10000 /* a light throws shadows of opaque things */
 #define FLAG_SHADOW_MEDIA  0x20000 /* a light throws shadows of media */
