@@ -141,21 +141,32 @@ void way_cut(inout Way way, float from, float to) {
     way.z = vec3(0.0);
 }
 
+/* How much farther than f the side of the prism is that the cell's face lies on, by one step of Newton and
+ * half an edge at most; 0 where it lies on none, or the ray does not go through it `inward` (1, -1). */
+float way_to_side(inout Way way, uint cell, uint face, float f, float inward) {
+    way_go(way, f);
+    vec3 q = way_here(way), q_on = way.a_on + way.z_on, side = side_of(cell % 3u, face);
+    float slope = dot(side.yz, q_on.xy), later = -(side.x + dot(side.yz, q.xy)) / slope;
+    float most = 0.5 / max(max(abs(q_on.x), abs(q_on.y)), max(abs(q_on.z), 1.0e-37));
+    return slope * inward > 0.0 ? clamp(later, -most, most) : 0.0;
+}
+
 /* A walk's segment: the ray that leaves the cell where the coordinates of v1..v3 are `lambda`, and along
  * which they change by `lambda_on` for each unit of t; counted from there, the segment begins at `from`
  * and ends at `to`, not past `stop`. `to` is 0 but for the sides of the prism: a cell's are plane there, a
  * prism's are ruled (bilinear), and between the two the point is the neighbour's. So the segment ends
  * where the prism does, one step of Newton from the face, by half an edge at most; the next cell's
- * segment begins there. (Cells that are drawn one by one know nothing of one another, and end at their
+ * segment begins there. FLAG_OPEN: a ray that enters by the face `by` (4: by none) through a side of the
+ * prism begins where that side is, and `from` is there. (Cells that are drawn one by one know nothing of one another, and end at their
  * faces: shifting both ends of each would open gaps where a strip is wider than a cell.) */
-Way way_walk(uint cell, uint face, vec2 uv0, vec3 lambda, vec3 lambda_on, float from, float stop,
-             out float to) {
+Way way_walk(uint cell, uint by, uint face, vec2 uv0, vec3 lambda, vec3 lambda_on, inout float from,
+             float stop, out float to) {
     Way way = way_begin(cell, uv0, lambda, lambda_on);
-    way_go(way, 0.0);
-    vec3 q = way_here(way), q_on = way.a_on + way.z_on, side = side_of(cell % 3u, face);
-    float slope = dot(side.yz, q_on.xy), later = -(side.x + dot(side.yz, q.xy)) / slope;
-    float most = 0.5 / max(max(abs(q_on.x), abs(q_on.y)), max(abs(q_on.z), 1.0e-37));
-    to = max(min(slope < 0.0 ? clamp(later, -most, most) : 0.0, stop), from);
+#if (VARIANT & FLAG_OPEN) != 0
+    from += way_to_side(way, cell, by, from, 1.0);
+    way.z = vec3(0.0);
+#endif
+    to = max(min(way_to_side(way, cell, face, 0.0, -1.0), stop), from);
     way_cut(way, from, to);
     return way;
 }

@@ -29,7 +29,8 @@
      (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
      (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
      (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
-     (((v)&FLAG_DDA) == 0 || ((v)&FLAG_LEAP) != 0))
+     (((v)&FLAG_DDA) == 0 || ((v)&FLAG_LEAP) != 0) &&                                              \
+     (((v)&FLAG_OPEN) == 0 || ((v)&FLAG_EXACT) != 0))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -51,6 +52,7 @@
 #define FLAG_FILTER_VIEW 0x200000 /* and by the side from which they are seen */
 #define FLAG_LEAP                                                                                  \
     0x800000 /* traversal `adaptive`, `dda`: leap over what is empty, step by voxels */
+#define FLAG_OPEN  0x2000000 /* the shell has a border: rays enter prisms by their sides */
 #define FLAG_DDA   0x1000000 /* and end no step beyond the next plane of voxel centres */
 #define FLAG_COUNT 0x8000    /* for measuring alone, and in no row of programs.def: count fetches */
 
@@ -104,8 +106,9 @@
 #define BINDING_FIRST           10 /* usamplerBuffer: a sample's first entry */
 #define BINDING_BLOCKS          11 /* samplerBuffer: the blocks' lower left pixels */
 #define BINDING_CUTS            9  /* usamplerBuffer: what planes cut; slices do not walk */
-#define BINDING_LEAP            12 /* sampler3D: how far it is to the next voxel that holds something */
-#define BINDING_MAPS            13 /* samplerBuffer: the prisms' own maps, prism_map.h */
+#define BINDING_LEAP                                                                               \
+    7 /* sampler3D: how far it is to what holds something; where nothing is resolved */
+#define BINDING_MAPS 13 /* samplerBuffer: the prisms' own maps, prism_map.h */
 
 /* The uniform block of shadows: texels along the maps' sides, 1 over that, layers of four depths,
  * the raster's grid in texels; then for each light how the object's space falls on its map: the

@@ -146,9 +146,12 @@ void main() {
         /* Segments end where the prism does, not the cell. */
         t_in = enters ? t_in : t_map - near;
         float from = float(t_in - t_out), to;
-        Way way = way_walk(uint(cell), next_face, vec2(c0.w, c1.w),
+        Way way = way_walk(uint(cell), enters ? uint(face) : 4u, next_face, vec2(c0.w, c1.w),
                            vec3(a1 + t_out * b1, a2 + t_out * b2, a3 + t_out * b3), vec3(b1, b2, b3), from,
                            at_base ? from : float(t_stop - near - t_out), to);
+#if (VARIANT & FLAG_OPEN) != 0
+        t_in = t_out + from;
+#endif
         t_end = t_out + to;
         span = float(t_end - t_in) * speed;
         t_map = t_end + near;

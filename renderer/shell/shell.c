@@ -71,13 +71,17 @@ static void link_prisms(const struct mesh *mesh, struct shell *shell) {
         link[2][1] = 3 * f + 1;
         for (int k = 0; k < 3; k++) {
             uint32_t other = mesh->neighbour[f][k];
-            if (other == MESH_NONE)
+            if (other == MESH_NONE) {
+                shell->open = true;
                 continue;
+            }
             uint32_t a = mesh->vertex[f][k], b = mesh->vertex[f][(k + 1) % 3];
             struct prism across = order_corners(mesh->vertex[other]);
             int here = edge_between(&prism, a, b), there = edge_between(&across, a, b);
-            if (here < 0 || there < 0)
+            if (here < 0 || there < 0) {
+                shell->open = true;
                 continue;
+            }
             for (int level = 0; level < 2; level++)
                 link[side[here][level][0]][side[here][level][1]] =
                     3 * other + side[there][level][0];

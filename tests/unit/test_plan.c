@@ -204,7 +204,8 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_FILTER, "filter"},
                  {FLAG_FILTER_VIEW, "view"},
                  {FLAG_LEAP, "leap"},
-                 {FLAG_DDA, "dda"}};
+                 {FLAG_DDA, "dda"},
+                 {FLAG_OPEN, "open"}};
     const char *program;
     uint32_t variant;
     *text = 0;
