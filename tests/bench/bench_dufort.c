@@ -1,9 +1,9 @@
 /* Table 1 of Dufort, Leblanc & Poulin 2005 on this machine: scenes of its triangles, texture sizes
  * and samples at 512 x 512, one sample a pixel, drawn by tetra in three ways: as published (sorted
  * cells, textures by each tetrahedron's affine map), as here with the paper's samples, and as here
- * by default. The ways take turns, so that all have the same machine. Errors are those of the
- * report (report.error: reference). Prints one JSON object a line; dufort.py makes the table, with
- * the paper's figures beside.
+ * by default. The ways take turns, so that all have the same machine. Errors are against
+ * the truth (renderer/truth.h) at pixels spread over the frame, traced once for each scene. Prints
+ * one JSON object a line; dufort.py makes the table, with the paper's figures beside.
  *
  *   bench_dufort REPEATS SCENE.json...    in the scenes' folder: assets are relative to it */
 #include "renderer/render.h"
@@ -36,14 +36,14 @@ static const struct asset_source source = {files_open, files_close, &open_files}
 
 struct taken {
     double wall[REPEATS_MAX], processor[REPEATS_MAX], stage[STAGES][REPEATS_MAX];
-    struct report_error error;
+    struct error_metrics error;
     struct report_work work;
     int samples; /* of the first shell */
     enum scene_order order;
 };
 
 static bool draw(struct renderer *renderer, struct scene *scene, const struct scene_quality *given,
-                 const struct way *way, bool judged, struct render_result *result) {
+                 const struct way *way, struct render_result *result) {
     struct error err = {0};
     for (size_t i = 0; i < scene->object_count; i++) {
         if (scene->objects[i].kind != SCENE_OBJECT_SHELL)
@@ -52,16 +52,13 @@ static bool draw(struct renderer *renderer, struct scene *scene, const struct sc
         scene->objects[i].quality = (struct scene_quality){
             .samples = way->samples ? given[i].samples : 0, .order = way->order, .map = way->map};
     }
-    scene->error_mode = judged ? SCENE_ERROR_REFERENCE : SCENE_ERROR_NONE;
     return renderer_render(renderer, scene, &source, result, &err) == STATUS_OK ||
            bench_failed("bench_dufort", way->name, &err);
 }
 
 static void keep(struct taken *taken, int n, double processor_ms, struct render_result *result) {
     const struct report *report = &result->report;
-    if (n < 0) {
-        taken->error = report->error;
-    } else {
+    if (n >= 0) {
         taken->processor[n] = processor_ms;
         taken->wall[n] = 0;
         for (int s = 0; s < STAGES; s++) {
@@ -82,36 +79,49 @@ static void print(const char *name, const struct way *way, const struct taken *t
     bench_print_list("processor_ms", taken->processor, repeats);
     for (int s = 0; s < STAGES; s++)
         bench_print_list(stages[s].name, taken->stage[s], repeats);
-    printf("\"rmse\": %.6g, \"standard_error\": %.3g, \"model\": %.4g, \"discretisation\": %.4g, "
-           "\"prisms\": %llu, \"tetrahedra\": %llu, \"fragments\": %llu}\n",
-           taken->error.rmse, taken->error.rmse_standard_error, taken->error.model,
-           taken->error.discretisation, (unsigned long long)taken->work.prisms,
-           (unsigned long long)taken->work.tetrahedra, (unsigned long long)taken->work.fragments);
+    printf("\"rmse\": %.6g, \"p99\": %.4g, \"prisms\": %llu, \"tetrahedra\": %llu, "
+           "\"fragments\": %llu}\n",
+           taken->error.touched.rmse, taken->error.touched.p99,
+           (unsigned long long)taken->work.prisms, (unsigned long long)taken->work.tetrahedra,
+           (unsigned long long)taken->work.fragments);
     fflush(stdout);
 }
 
 static bool run_scene(struct renderer *renderer, const char *path, int repeats) {
     static struct taken taken[WAYS];
+    static uint32_t pixel[BENCH_PIXELS];
     struct arena arena = {0};
     struct scene scene;
     struct error err = {0};
     struct scene_quality *given = NULL;
+    struct truth truth = {0};
     bool good = bench_read_scene(path, &arena, &scene, &err) == STATUS_OK ||
                 bench_failed("bench_dufort", path, &err);
     if (good)
         good = (given = calloc(scene.object_count, sizeof *given)) != NULL;
     for (size_t i = 0; good && i < scene.object_count; i++)
         given[i] = scene.objects[i].quality;
-    for (int n = -2; n < repeats && good; n++) /* the first may compile, the second is judged */
+    if (good) {
+        bench_choose_pixels((uint32_t)scene.image.width, pixel);
+        good = bench_trace(&scene, &source, pixel, &truth, &err) == STATUS_OK ||
+               bench_failed("bench_dufort", path, &err);
+    }
+    for (int n = -1; n < repeats && good; n++) /* the first may compile */
         for (size_t w = 0; w < WAYS && good; w++) {
             struct render_result result;
             double began = bench_processor_ms();
-            good = draw(renderer, &scene, given, &ways[w], n == -1, &result);
+            good = draw(renderer, &scene, given, &ways[w], &result);
+            double processor_ms = bench_processor_ms() - began;
+            if (good && n < 0)
+                good = bench_judge(&result, pixel, &truth, scene.image.background, &taken[w].error,
+                                   &err) == STATUS_OK ||
+                       bench_failed("bench_dufort", path, &err);
             if (good)
-                keep(&taken[w], n, bench_processor_ms() - began, &result);
+                keep(&taken[w], n, processor_ms, &result);
         }
     for (size_t w = 0; w < WAYS && good; w++)
         print(path, &ways[w], &taken[w], repeats);
+    truth_finish(&truth);
     free(given);
     arena_free(&arena);
     return good;

@@ -73,7 +73,7 @@ def rows(build, repeats, spread, text):
                       "processor": spread(r["processor_ms"]), "unit": "ms", "digits": 0,
                       "paper_ms": 1000 / fps if fps else None, "paper_samples": samples,
                       "note": f"{parts}; processor {text(spread(r['processor_ms']), digits=0)}; "
-                              f"RMSE {r['rmse']:.2g} +- {r['standard_error']:.1g}; {beside}"
+                              f"RMSE {r['rmse']:.2g}; {beside}"
                               f"{12 * r['prisms']} triangles, {r['fragments'] / 1e6:.2f} M fragments"})
     return table
 
