@@ -248,8 +248,8 @@ def bench_slicing(build, repeats):
 
 def bench_dufort(build, repeats):
     """Table 1 of Dufort et al. 2005, 512 x 512, one sample a pixel: sort, shadow and draw of a picture;
-    error against the reference."""
-    return dufort.rows(build, repeats, spread, text)
+    error against the reference; then depth peeling against sorted and walked cells."""
+    return dufort.rows(build, repeats, spread, text) + dufort.peel_rows(build, repeats, spread, text)
 
 
 def bench_choice(build, repeats):

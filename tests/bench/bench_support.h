@@ -44,26 +44,28 @@ static inline enum status bench_read_scene(const char *path, struct arena *arena
     return status;
 }
 
-/* Pixels to compare at: one of each block of ROW x ROW blocks, not always the same one. `side` is a
- * multiple of BENCH_ROW. */
-enum { BENCH_ROW = 48, BENCH_PIXELS = BENCH_ROW * BENCH_ROW };
-static inline void bench_choose_pixels(uint32_t side, uint32_t pixel[BENCH_PIXELS]) {
+/* Pixels to compare at: one of each of `row` x `row` blocks, not always the same place in it, of a
+ * picture of `side` x `side`. How many they are. */
+enum { BENCH_ROW_MAX = 48, BENCH_PIXELS_MAX = BENCH_ROW_MAX * BENCH_ROW_MAX };
+static inline uint32_t bench_choose_pixels(uint32_t side, uint32_t row,
+                                           uint32_t pixel[BENCH_PIXELS_MAX]) {
     uint32_t state = 1;
-    for (uint32_t i = 0; i < BENCH_PIXELS; i++) {
-        uint32_t x = i % BENCH_ROW, y = i / BENCH_ROW;
-        uint32_t x0 = x * side / BENCH_ROW, x1 = (x + 1) * side / BENCH_ROW;
-        uint32_t y0 = y * side / BENCH_ROW, y1 = (y + 1) * side / BENCH_ROW;
+    for (uint32_t i = 0; i < row * row; i++) {
+        uint32_t x = i % row, y = i / row;
+        uint32_t x0 = x * side / row, x1 = (x + 1) * side / row;
+        uint32_t y0 = y * side / row, y1 = (y + 1) * side / row;
         state = state * 1664525u + 1013904223u; /* Press et al., Numerical Recipes, 7.1 */
         pixel[i] = (y0 + (state >> 24) % (y1 - y0)) * side + x0 + (state >> 16) % 256 % (x1 - x0);
     }
+    return row * row;
 }
 
 /* The truth of those pixels; truth_finish(). */
 static inline enum status bench_trace(const struct scene *scene, const struct asset_source *assets,
-                                      const uint32_t *pixel, struct truth *truth,
+                                      const uint32_t *pixel, uint32_t count, struct truth *truth,
                                       struct error *err) {
     struct reference_request request = {
-        .pixels = pixel, .pixel_count = BENCH_PIXELS, .threads = 2, .tolerance = 1e-5};
+        .pixels = pixel, .pixel_count = count, .threads = 2, .tolerance = 1e-4};
     struct truth_source *source = NULL;
     enum status status = truth_create(scene, assets, &source, err);
     if (status == STATUS_OK)
@@ -73,13 +75,14 @@ static inline enum status bench_trace(const struct scene *scene, const struct as
 }
 
 static inline enum status bench_judge(const struct render_result *result, const uint32_t *pixel,
-                                      const struct truth *truth, const double background[4],
-                                      struct error_metrics *metrics, struct error *err) {
-    float test[BENCH_PIXELS][4];
-    for (uint32_t i = 0; i < BENCH_PIXELS; i++)
+                                      uint32_t count, const struct truth *truth,
+                                      const double background[4], struct error_metrics *metrics,
+                                      struct error *err) {
+    float test[BENCH_PIXELS_MAX][4];
+    for (uint32_t i = 0; i < count; i++)
         memcpy(test[i], result->pixels + 4 * (size_t)pixel[i], sizeof test[i]);
-    return error_compare_pixels(test[0], truth->pixels, BENCH_PIXELS, truth->touched, background,
-                                metrics, err);
+    return error_compare_pixels(test[0], truth->pixels, count, truth->touched, background, metrics,
+                                err);
 }
 
 static inline void bench_print_list(const char *name, const double *values, int count) {
