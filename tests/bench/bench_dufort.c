@@ -8,6 +8,7 @@
  *   bench_dufort REPEATS SCENE.json...    in the scenes' folder: assets are relative to it */
 #include "renderer/render.h"
 #include "tests/bench/bench_support.h"
+#include "tests/unit/asset_files.h"
 
 enum { REPEATS_MAX = 101, STAGES = 3 };
 

@@ -20,6 +20,7 @@
 #include "renderer/path/cells.h"
 #include "shaders/interface.h"
 #include "tests/bench/bench_support.h"
+#include "tests/unit/asset_files.h"
 
 enum { REPEATS_MAX = 101, LAYERS_MAX = 4096, PROGRAMS_MAX = 16 };
 

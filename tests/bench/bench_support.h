@@ -11,7 +11,6 @@
 #include "api/scene.h"
 #include "renderer/render.h"
 #include "renderer/truth.h"
-#include "tests/unit/asset_files.h"
 
 /* Of all threads of this process. */
 static inline double bench_processor_ms(void) {
