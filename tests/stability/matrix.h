@@ -51,8 +51,8 @@ struct matrix_case {
     int outliers;
     const char *why; /* why the bound is what it is */
 
-    /* Positions in each pixel of the truth, where a sample of the picture stands for its whole pixel;
-     * 0: the picture's. */
+    /* Positions in each pixel of the truth, where a sample of the picture stands for its whole
+     * pixel; 0: the picture's. */
     int truth_samples;
 
     /* Steps that stand for the path's limit, to tell model from discretisation; 0: not told. */
