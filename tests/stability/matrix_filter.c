@@ -31,7 +31,7 @@
 /* Why, with the figures of mip and of view that were measured, and of no filter. */
 #define WHY_MEAN(figures) "the mean of 64 positions; " figures
 #define WHY_LIT(figures)                                                                           \
-    "light falls on the mean normal of many hairs, not on each: unlit fur is right; " figures
+    "normals are averaged in the texture's proportions: unlit fur is right; " figures
 #define WHY_FAR_SOLID(figures) "a solid of voxels smaller than a sample, as a medium; " figures
 #define WHY_NEAR(figures)                                                                          \
     "near the eye voxels are larger than a sample and stay as they are; " figures
