@@ -135,6 +135,9 @@ $(BUILD)/tests/%: tests/%.c $(KEEP) $(BUILD)/libpelt.a | $(GLAD_H)
 	$(Q)$(CC) $(CPPFLAGS) $(CFLAGS) -MMD -MP -o $@ $< $(KEEP) $(BUILD)/libpelt.a $(LDFLAGS) \
 	    -lcmocka $(LIBS)
 
+# It peels what the path draws: the hooks are told of in the file.
+$(BUILD)/tests/bench/bench_peel: LDFLAGS += -Wl,--wrap=cell_pass_draw,--wrap=gl_programs_get
+
 # Small programs that tests and checks run; no cmocka.
 $(BUILD)/tests/tools/%: tests/tools/%.c $(BUILD)/libpelt.a
 	@mkdir -p $(@D)

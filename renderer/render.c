@@ -38,7 +38,7 @@
 enum {
     MESH_CACHE_BYTES = 256 << 20,
     SHELL_CACHE_BYTES = 256 << 20,
-    VOLUME_CACHE_BYTES = 128 << 20,
+    VOLUME_CACHE_BYTES = 320 << 20, /* one of the largest, 512 x 512 x 64, is 256 MiB */
     TEXTURE_CACHE_BYTES = 256 << 20,
     PATHS_MAX = 8
 };

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "renderer/gl/clock.h"
+#include "renderer/measure.h"
 #include "renderer/truth.h"
 
 enum { LIMIT_FACTOR = 4, TRIAL_PIXELS = 1024 };
@@ -33,6 +34,7 @@ struct work {
     struct sweep *sweep;
     struct scene scene;           /* what all series draw but for path and quality */
     struct scene_object *objects; /* one series' own */
+    struct scene truth_scene;     /* what the reference draws */
     struct truth_source *truth;
     double **times; /* of each point: totals, then draws, then each stage, `repeats` of each */
     size_t point_count;
@@ -86,8 +88,9 @@ static enum status prepare(struct work *work, const struct scene *scene, struct 
     if (!sweep->series || !work->objects)
         return out_of_memory(err);
     for (const struct sweep_row *row = sweep_rows; row->name; row++) {
-        /* Of shadows nobody speaks unless there are some, or they are asked for. */
-        bool silent = row->shadow && !work->options->series_count && !sweep_casts(scene);
+        /* Of shadows and filters nobody speaks unless there are some, or they are asked for. */
+        bool silent = !work->options->series_count && ((row->shadow && !sweep_casts(scene)) ||
+                                                       (row->filter && !sweep_filters(scene)));
         enum status status =
             sweep_wants(work->options, row) && !silent ? make_series(work, row, err) : STATUS_OK;
         if (status != STATUS_OK)
@@ -108,7 +111,13 @@ static enum status prepare(struct work *work, const struct scene *scene, struct 
     for (size_t i = 0; i < work->point_count; i++)
         if (!(work->times[i] = calloc(numbers, sizeof **work->times)))
             return out_of_memory(err);
-    enum status status = truth_create(scene, work->assets, &work->truth, err);
+    work->truth_scene = *scene;
+    for (size_t s = 0; s < sweep->series_count; s++)
+        if (sweep->series[s].row->filter && !*sweep->series[s].refused &&
+            work->truth_scene.image.samples < MEASURE_SAMPLES)
+            work->truth_scene.image.samples = MEASURE_SAMPLES;
+    sweep->reference_samples = work->truth_scene.image.samples;
+    enum status status = truth_create(&work->truth_scene, work->assets, &work->truth, err);
     if (status != STATUS_OK)
         return status;
     work->scene.camera = *truth_camera(work->truth);

@@ -11,6 +11,11 @@
  *   discretisation   against the same series' own limit: its picture at four times the highest
  *                    quality of the ladder (or the largest quality there is)
  *   model            of the series: that limit against the reference
+ * The series of filters are drawn where the scene asks for one, or they are asked for by name. A
+ * filtered sample stands for its whole pixel, which none at one position does: beside such series
+ * the reference of *all* of them is the mean of MEASURE_SAMPLES positions a pixel (measure.h), as
+ * in report.error, and of unfiltered ones `error` and `model` hold what aliases.
+ *
  * Of a path of order p the limit itself is off by a 4^-p-th of what the highest quality is: of a
  * first-order path its discretisation is told a quarter too small, of one of second order a
  * sixteenth. The fitted order corrects for that (sweep_stats.h). */
@@ -110,7 +115,8 @@ struct sweep {
      * `touched` are in the picture's order. */
     uint32_t *pixels;
     size_t reference_count;
-    float *reference; /* reference_count * 4 */
+    int reference_samples; /* positions in each pixel */
+    float *reference;      /* reference_count * 4 */
     uint8_t *touched;
     double reference_s;   /* what drawing it took */
     double background[4]; /* of the scene */

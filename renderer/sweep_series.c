@@ -70,6 +70,38 @@ const struct sweep_row sweep_rows[] = {
      .quality = "slices",
      .choice = {{"method", "hardware"}, {"map", "exact"}},
      .ladder = {16, 32, 64, 128, 256, 512}},
+    {.name = "tetra-mip",
+     .text = "tetrahedra, walked, coarser voxels where a sample covers several, as published",
+     .path = SCENE_PATH_TETRA,
+     .kind = SCENE_OBJECT_SHELL,
+     .quality = "samples",
+     .filter = true,
+     .choice = {{"order", "walk"}, {"filter", "mip"}},
+     .ladder = {4, 8, 16, 32, 64, 128}},
+    {.name = "tetra-view",
+     .text = "the same, what is seen of such voxels from where the ray comes",
+     .path = SCENE_PATH_TETRA,
+     .kind = SCENE_OBJECT_SHELL,
+     .quality = "samples",
+     .filter = true,
+     .choice = {{"order", "walk"}, {"filter", "view"}},
+     .ladder = {4, 8, 16, 32, 64, 128}},
+    {.name = "slicing-slabs-mip",
+     .text = "slabs, coarser voxels as published",
+     .path = SCENE_PATH_SLICING,
+     .kind = SCENE_OBJECT_SHELL,
+     .quality = "slices",
+     .filter = true,
+     .choice = {{"method", "slabs"}, {"filter", "mip"}},
+     .ladder = {16, 32, 64, 128, 256, 512}},
+    {.name = "slicing-slabs-view",
+     .text = "slabs, voxels as they are seen",
+     .path = SCENE_PATH_SLICING,
+     .kind = SCENE_OBJECT_SHELL,
+     .quality = "slices",
+     .filter = true,
+     .choice = {{"method", "slabs"}, {"filter", "view"}},
+     .ladder = {16, 32, 64, 128, 256, 512}},
     {.name = "shadow-size",
      .text = "tetrahedra, walked, with larger and larger maps of shadows",
      .path = SCENE_PATH_TETRA,
@@ -125,6 +157,16 @@ bool sweep_casts(const struct scene *scene) {
     for (size_t k = 0; k < scene->light_count; k++)
         if (scene->lights[k].shadow)
             return true;
+    return false;
+}
+
+bool sweep_filters(const struct scene *scene) {
+    for (size_t i = 0; i < scene->object_count; i++) {
+        enum scene_filter filter = scene->objects[i].quality.filter;
+        if (scene->objects[i].kind == SCENE_OBJECT_SHELL &&
+            (filter == SCENE_FILTER_MIP || filter == SCENE_FILTER_VIEW))
+            return true;
+    }
     return false;
 }
 

@@ -14,6 +14,7 @@ struct sweep_row {
     enum scene_object_kind kind; /* the objects that such a path draws */
     const char *quality;         /* the member that is moved: an integer */
     bool shadow;                 /* it is one of the scene's `shadow`, not of an object's quality */
+    bool filter;                 /* a sample stands for its whole pixel: see sweep.h */
     /* Members that tell the variant, each with its choice; NULL: no more. */
     struct {
         const char *member, *value;
@@ -39,7 +40,8 @@ bool sweep_row_concerns(const struct sweep_row *row, const struct scene *scene);
 void sweep_row_apply(const struct sweep_row *row, int quality, struct scene_object *objects,
                      size_t count);
 
-/* Whether a light of the scene throws a shadow. */
+/* Whether a light of the scene throws a shadow; whether a shell of it asks for a filter. */
 bool sweep_casts(const struct scene *scene);
+bool sweep_filters(const struct scene *scene);
 
 #endif

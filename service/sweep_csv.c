@@ -67,6 +67,7 @@ static const char *const columns[] = {
     "work_samples",
     "work_draws",
     "reference_pixels",
+    "reference_samples",
 };
 enum { COLUMNS = sizeof columns / sizeof *columns };
 
@@ -104,6 +105,7 @@ static void put_figures(FILE *out, const struct sweep *sweep, const struct sweep
     put_count(out, point->work.samples);
     put_count(out, point->work.draws);
     put_count(out, sweep->reference_count);
+    put_count(out, (size_t)sweep->reference_samples);
     for (int i = 0; i < REPORT_STAGE_COUNT; i++)
         put_number(out, point->stage_ms[i]);
 }

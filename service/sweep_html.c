@@ -70,6 +70,12 @@ static void summary(FILE *out, const struct sweep *sweep) {
     else
         fprintf(out, "Reference: all %zu pixels", all);
     fprintf(out, ", in double precision, drawn in %.3g s.", sweep->reference_s);
+    if (sweep->reference_samples > per_pixel)
+        fprintf(out,
+                " A filtered sample stands for its whole pixel, so the reference of all series is "
+                "the mean of %d samples of each pixel: the error of unfiltered ones holds what "
+                "aliases.",
+                sweep->reference_samples);
 }
 
 static void warnings(FILE *out, const struct sweep *sweep) {

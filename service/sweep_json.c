@@ -141,6 +141,7 @@ char *sweep_json(const struct sweep *sweep) {
     open(&out, "reference", '{');
     integer(&out, "pixels", sweep->reference_count);
     boolean(&out, "all", !sampled);
+    integer(&out, "samples", (unsigned long long)sweep->reference_samples);
     number(&out, "seconds", sweep->reference_s);
     json_out_close(&out, '}');
     open(&out, "series", '[');

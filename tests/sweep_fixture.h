@@ -56,6 +56,7 @@ static inline void sweep_fixture_make(struct sweep_fixture *fixture, bool sample
                             .series_count = 2,
                             .series = fixture->series,
                             .pixels = sampled ? fixture->sample : NULL,
+                            .reference_samples = 64,
                             .reference_count = sampled ? 12 : SWEEP_FIXTURE_PIXELS,
                             .reference = fixture->reference,
                             .touched = fixture->touched,

@@ -3,7 +3,7 @@
 from the 10th to the 90th percentile, and the command that gives it. Everything is warm: the first
 runs are not counted.
 
-Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sequence,sort,plan,slicing,choice,torus,memory,cold] [--repeats N]
+Usage: bench.py BUILD [--json] [--only demo,error,reference,service,jobs,sequence,sort,plan,slicing,dufort,filter,choice,torus,memory,cold] [--repeats N]
 The exit code is 0 whatever was measured: a machine may be slow or busy; numbers are for reading."""
 
 import argparse
@@ -21,6 +21,8 @@ import tempfile
 import time
 
 import choice
+import dufort
+import filter as filters
 import table1
 import torus
 from bench_sequence import bench_sequence
@@ -245,6 +247,17 @@ def bench_slicing(build, repeats):
     return table1.rows(build, repeats, spread, text)
 
 
+def bench_dufort(build, repeats):
+    """Table 1 of Dufort et al. 2005, 512 x 512, one sample a pixel: sort, shadow and draw of a picture;
+    error against the reference; then depth peeling against sorted and walked cells."""
+    return dufort.rows(build, repeats, spread, text) + dufort.peel_rows(build, repeats, spread, text)
+
+
+def bench_filter(build, repeats):
+    """quality.filter, one sample a pixel against 64 unfiltered ones, 1 to 64 times as far; all views of a distance."""
+    return filters.rows(build, repeats, spread, text)
+
+
 def bench_choice(build, repeats):
     """What path auto stands on: the rates of renderer/cost.c, and how far off they are here."""
     return choice.rows(build, repeats)
@@ -421,7 +434,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("build")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--only", default="demo,error,reference,service,jobs,sequence,sort,plan,slicing,choice,torus,memory,cold")
+    parser.add_argument("--only", default="demo,error,reference,service,jobs,sequence,sort,plan,slicing,dufort,filter,choice,torus,memory,cold")
     parser.add_argument("--repeats", type=int, default=9)
     options = parser.parse_args()
     pelt = os.path.join(options.build, "pelt")
@@ -433,6 +446,8 @@ def main():
              "plan": lambda n: bench_plan(options.build, n),
              "slicing": lambda n: (bench_slicing(options.build, min(n, 5))
                                    + bench_slicing_cost(options.build, min(n, 5))),
+             "dufort": lambda n: bench_dufort(options.build, min(n, 5)),
+             "filter": lambda n: bench_filter(options.build, min(n, 5)),
              "choice": lambda n: bench_choice(options.build, min(n, 3)),
              "torus": lambda n: bench_torus(options.build, n),
              "memory": lambda n: bench_memory(pelt, n), "cold": lambda n: bench_cold(pelt, n)}
@@ -455,7 +470,8 @@ def main():
 def table_title(name):
     return {"demo": bench_demo, "error": bench_error, "reference": bench_reference,
             "service": bench_service, "jobs": bench_jobs, "sequence": bench_sequence,
-            "sort": bench_sort, "plan": bench_plan, "slicing": bench_slicing, "choice": bench_choice,
+            "sort": bench_sort, "plan": bench_plan, "slicing": bench_slicing, "dufort": bench_dufort, "filter": bench_filter,
+            "choice": bench_choice,
             "torus": bench_torus,
             "memory": bench_memory, "cold": bench_cold}[name].__doc__
 

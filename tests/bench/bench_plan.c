@@ -31,6 +31,10 @@
 #define SORTED ", 'quality': {'order': 'sorted'}"
 #define TETRA  ", 'path': 'tetra'" /* the cheaper one, sorted, may be another */
 #define DIM    "'lights': [], 'ambient': [1, 1, 1], "
+/* A whole scene: a shell over its base, and a plain mesh that stands through it. */
+#define WHOLE(material)                                                                            \
+    "'objects': [{'shell': {'mesh': {" TORUS "}, 'base': {'color': [0.3, 0.2, 0.1]}, "             \
+    "'material': {" material "}}}, {'mesh': {'shape': 'sphere', 'radius': 0.8}}]"
 
 /* The largest difference between the two pictures of a row: fp32 rounding, 4e-7 where a closed form
  * becomes steps and 0 elsewhere. */
@@ -48,6 +52,7 @@ static const struct row {
 } rows[] = {
     {"media", "solid alone, walked", FORCE_MEDIUM, SCENE("", SHELL(TORUS, CHAIN, ""))},
     {"media+sort", "solid alone, cells", FORCE_MEDIUM, SCENE("", SHELL(TORUS, CHAIN, SORTED))},
+    {"media+occluded", "opaque: solid, base and mesh", FORCE_MEDIUM, SCENE("", WHOLE(CHAIN))},
     {"solid", "medium alone, walked", FORCE_SOLID, SCENE("", SHELL(TORUS, FUR, ""))},
     {"sort", "one voxel medium", FORCE_SORT, SCENE("", SHELL(TORUS, FUR, TETRA))},
     {"sort", "one homogeneous medium", FORCE_SORT, SCENE("", SHELL(TORUS, MIST, TETRA))},
@@ -67,6 +72,7 @@ static const struct row {
     {"shadow", "solid, no shadow", FORCE_SHADOW, SCENE("", SHELL(TORUS, CHAIN, ""))},
     {"shadow", "mesh, no shadow", FORCE_SHADOW,
      SCENE("", "'objects': [{'mesh': {'shape': 'teapot'}}]")},
+    {"shadow", "fur, base and mesh, no shadow", FORCE_SHADOW, SCENE("", WHOLE(FUR))},
     {"base-textures", "mesh of one colour", FORCE_TEXTURED,
      SCENE("", "'objects': [{'mesh': {'shape': 'teapot'}}]")},
     {"supersampling", "even picture, 1 sample", FORCE_SAMPLES,

@@ -211,6 +211,7 @@ int main(int argc, char **argv) {
     matrix_order(&matrix);
     matrix_material(&matrix);
     matrix_light(&matrix);
+    matrix_filter(&matrix);
     struct renderer *renderer = NULL;
     struct error err = {0};
     struct renderer_options how = {.device = -1};

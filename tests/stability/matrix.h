@@ -51,6 +51,10 @@ struct matrix_case {
     int outliers;
     const char *why; /* why the bound is what it is */
 
+    /* Positions in each pixel of the truth, where a sample of the picture stands for its whole
+     * pixel; 0: the picture's. */
+    int truth_samples;
+
     /* Steps that stand for the path's limit, to tell model from discretisation; 0: not told. */
     int limit;
     /* What a path may answer instead of a picture that is right: its name, '*' for all, else
@@ -76,6 +80,7 @@ void matrix_camera(struct matrix *matrix);
 void matrix_order(struct matrix *matrix);
 void matrix_material(struct matrix *matrix);
 void matrix_light(struct matrix *matrix);
+void matrix_filter(struct matrix *matrix);
 
 /* A glTF binary of float positions (Pelt's Z-up), triangles, and, where not NULL, normals. */
 void matrix_write_glb(struct blob *glb, const float (*position)[3], const float (*normal)[3],

@@ -138,8 +138,11 @@ struct matrix_truth *matrix_truth_make(const struct matrix_case *of, char reason
         status = error_fault(&err, STATUS_INVALID_SCENE, "/camera", "a case gives its camera");
     for (size_t i = 0; status == STATUS_OK && of->voxels && i < truth->scene.object_count; i++)
         truth->scene.objects[i].shell.material.seed = seed_of(of);
+    struct scene drawn = truth->scene;
+    if (of->truth_samples)
+        drawn.image.samples = of->truth_samples;
     if (status == STATUS_OK)
-        status = reference_create(&truth->scene, &sources, &reference, &err);
+        status = reference_create(&drawn, &sources, &reference, &err);
     struct reference_request request = {0};
     if (status == STATUS_OK)
         status = reference_render(reference, &request, &truth->drawn, &err);

@@ -170,6 +170,59 @@ static void reference_is_bounded(void **state) {
     run_finish(&run);
 }
 
+#define FAR_FUR                                                                                    \
+    "{'image': {'width': 24, 'height': 24, 'samples': 1}, 'camera': {'eye': [0, -48, 35.2], "      \
+    "'fov_y_deg': 2.6}, 'objects': [{'shell': {'mesh': {'shape': 'torus', 'divisions': [16, "      \
+    "8]}, 'thickness': 0.12, 'tiles': [12, 6], 'base': {'color': [0.3, 0.2, 0.1]}, 'material': "   \
+    "{'builtin': 'fur', 'size': [64, 64, 16]}}, 'quality': {%s}}]}"
+
+static const struct sweep_series *series_of(const struct sweep *sweep, const char *name) {
+    for (size_t i = 0; i < sweep->series_count; i++)
+        if (strcmp(sweep->series[i].row->name, name) == 0)
+            return &sweep->series[i];
+    return NULL;
+}
+
+/* Where a scene asks for a filter all series are held to the mean of 64 positions a pixel: by that
+ * an unfiltered one has the error of what aliases, which no number of steps takes away, and which
+ * the filter lessens (measured: 0.087 without, 0.050 by view). */
+static void filters_are_held_to_whole_pixels(void **state) {
+    static const int qualities[] = {16};
+    struct sweep_options options = {.qualities = qualities, .quality_count = 1, .repeats = 1};
+    char json[1024];
+    struct run run;
+    snprintf(json, sizeof json, FAR_FUR, "'filter': 'mip'");
+    assert_int_equal(run_sweep(*state, &run, json, &options), STATUS_OK);
+    assert_int_equal(run.sweep->reference_samples, 64);
+    assert_non_null(series_of(run.sweep, "slicing-slabs-mip"));
+    assert_non_null(series_of(run.sweep, "slicing-slabs-view"));
+    const struct sweep_series *plain = series_of(run.sweep, "tetra-walk");
+    const struct sweep_series *mip = series_of(run.sweep, "tetra-mip");
+    const struct sweep_series *view = series_of(run.sweep, "tetra-view");
+    assert_true(plain && mip && view);
+    double aliased = plain->points[0].error.touched.rmse;
+    assert_true(aliased > 0.05 && plain->model.rmse > 0.05);
+    assert_true(view->points[0].error.touched.rmse < 0.7 * aliased);
+    assert_true(view->points[0].error.touched.rmse < mip->points[0].error.touched.rmse);
+    run_finish(&run);
+
+    /* Not asked for: as ever, at the scene's own position. */
+    snprintf(json, sizeof json, FAR_FUR, "");
+    assert_int_equal(run_sweep(*state, &run, json, &options), STATUS_OK);
+    assert_int_equal(run.sweep->reference_samples, 1);
+    assert_null(series_of(run.sweep, "tetra-mip"));
+    assert_true(series_of(run.sweep, "tetra-walk")->points[0].error.touched.rmse < 0.5 * aliased);
+    run_finish(&run);
+
+    /* By name, of a scene that does not. */
+    static const char *const named[] = {"tetra-view"};
+    options.series = named;
+    options.series_count = 1;
+    assert_int_equal(run_sweep(*state, &run, json, &options), STATUS_OK);
+    assert_true(run.sweep->series_count == 1 && run.sweep->reference_samples == 64);
+    run_finish(&run);
+}
+
 /* What cannot be walked is listed with its reason; alone, it is a failure with that reason. */
 static void refusals_are_told(void **state) {
     struct run run;
@@ -324,6 +377,7 @@ int main(void) {
         cmocka_unit_test(errors_fall),
         cmocka_unit_test(sample_stands_for_the_whole),
         cmocka_unit_test(reference_is_bounded),
+        cmocka_unit_test(filters_are_held_to_whole_pixels),
         cmocka_unit_test(refusals_are_told),
         cmocka_unit_test(highest_quality_has_no_limit),
         cmocka_unit_test(stops_when_asked),
