@@ -61,7 +61,7 @@ vec4 medium_at(vec3 q) {
     return texture(medium, q);
 }
 
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_STRANDS) == 0
 vec3 gradient_at(vec3 q) {
     return texture(medium_gradient, q).xyz;
 }

@@ -6,9 +6,10 @@
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
+#include "common_strands.glsl"
 
 layout(binding = BINDING_MEDIUM) uniform sampler3D medium;
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_STRANDS) == 0
 layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
 #endif
 
@@ -33,7 +34,11 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         vec4 m = medium_at(q); /* extinction-weighted colour, extinction */
         vec3 source = m.rgb / max(m.a, 1.0e-30);
         float tau_i = m.a * length_scaled;
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_STRANDS) != 0
+        float weight;
+        vec3 tangent = strand_at(way, q, weight);
+        source = lit(source, tangent, v, weight, place_in_step(i, steps, tau_i));
+#elif (VARIANT & FLAG_LIT) != 0
         vec3 gradient = gradient_at(q);
         float g = length(gradient);
         vec3 n = way_normal(way, gradient);

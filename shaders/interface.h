@@ -8,7 +8,8 @@
  * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
  * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
  * by clipping; footprints are found by the prisms' own map, and are a medium's; shadows and point
- * lights need light, and beside a point light there are both kinds of shadow or none. The checks
+ * lights need light, and beside a point light there are both kinds of shadow or none; strands are a
+ * lit medium's, and not filtered (joint walks may hold other media that are). The checks
  * compile of the variants for which this holds those of tests/tools/variant_cover.h, and
  * gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
@@ -27,7 +28,9 @@
      (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
      (((v)&FLAG_POINT) == 0 || ((v)&FLAGS_SHADOW) == 0 || ((v)&FLAGS_SHADOW) == FLAGS_SHADOW) &&   \
      (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
-     (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0))
+     (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
+     (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0 &&                  \
+                                  (((v)&FLAG_FILTER) == 0 || ((known)&FLAGS_CONTENT) == 0))))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -52,6 +55,8 @@
 #define FLAG_SHADOW_OPAQUE 0x10000 /* a light throws shadows of opaque things */
 #define FLAG_SHADOW_MEDIA  0x20000 /* a light throws shadows of media */
 #define FLAG_POINT         0x40000 /* a light stands at a point */
+
+#define FLAG_STRANDS 0x80000 /* a medium is lit by its strands, not by normals */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */
@@ -144,6 +149,9 @@
 #define VIEW_SLANTS           3
 #define VIEW_COS2_1           0.5 /* the slants' squared cosines to w; of the first, 1 */
 #define VIEW_COS2_2           0.125
+
+#define BINDING_STRANDS 31   /* of no slot: there they stand in for the gradients */
+#define TILE_DEPTH      0.25 /* of a tile, in its widths: VOLUME_TILE_DEPTH of volume.h */
 
 #define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
 #define COUNT_SLOTS   64

@@ -35,11 +35,12 @@
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
+#include "common_strands.glsl"
 
 layout(binding = BINDING_ENTRIES) uniform usamplerBuffer entries; /* ENTRY_*: link, t */
 layout(binding = BINDING_SLOT_MEDIUM) uniform sampler3D medium[SLOTS];
 #if (VARIANT & FLAG_LIT) != 0
-layout(binding = BINDING_SLOT_GRADIENT) uniform sampler3D medium_gradient[SLOTS];
+layout(binding = BINDING_SLOT_GRADIENT) uniform sampler3D medium_gradient[SLOTS]; /* SLOT_STRANDS: strands */
 #endif
 
 layout(location = 0) uniform int starts; /* entries, from 0 on, that every ray begins with */
@@ -51,6 +52,7 @@ layout(location = 4) uniform uvec3 slot[SLOTS];
 #define SLOT_LIT 1u
 #define SLOT_EXACT 2u
 #define SLOT_MIPS 4u
+#define SLOT_STRANDS 8u
 
 layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
 layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
@@ -166,14 +168,29 @@ void main() {
         do {
             float at = t + span * (i / steps), sigma = 0.0;
             vec3 emitted = vec3(0.0);
+#if (VARIANT & FLAG_STRANDS) != 0
+#define STRAND(k)                                                                                  \
+    by_strand = (slot[k].z & SLOT_STRANDS) != 0u;                                                  \
+    float strand_weight;                                                                           \
+    vec3 strand = strand_tangent(                                                                  \
+        around, world_normal(s[k].normal[0], k * FRAME_VEC4S),                                     \
+        world_normal(s[k].normal[1], k * FRAME_VEC4S),                                             \
+        world_normal(s[k].normal[2], k * FRAME_VEC4S), strand_weight);                             \
+    n = by_strand ? strand : n;                                                                    \
+    weight = by_strand ? strand_weight : weight;
+#else
+#define STRAND(k)
+#endif
 #if (VARIANT & FLAG_LIT) != 0
 #define LIGHT(k)                                                                                   \
-    vec3 gradient = READ(medium_gradient, k).xyz;                                              \
-    float g = length(gradient);                                                                    \
+    vec4 around = READ(medium_gradient, k);                                                        \
+    vec3 gradient = around.xyz;                                                                    \
+    float g = length(gradient), weight = g / (g + 0.01);                                           \
     vec3 n = world_normal(s[k].normal * (gradient * frame[k * FRAME_VEC4S + FRAME_SIZE].xyz),      \
                           k * FRAME_VEC4S);                                                        \
     n *= inversesqrt(max(dot(n, n), 1.0e-37));                                                     \
-    vec3 shaded = lit_by(m.rgb / max(m.a, 1.0e-30), n, n, v, g / (g + 0.01),                       \
+    STRAND(k)                                                                                      \
+    vec3 shaded = lit_by(m.rgb / max(m.a, 1.0e-30), n, n, v, weight,                               \
                          frame[k * FRAME_VEC4S + FRAME_MATERIAL].xy, place_at(at)) *               \
                   m.a;                                                                             \
     m.rgb = (slot[k].z & SLOT_LIT) != 0u ? shaded : m.rgb;

@@ -13,7 +13,7 @@ enum { CELL_BYTES = WALK_TEXELS * 16, LINK_BYTES = 16, MAP_BYTES = MAP_TEXELS * 
 enum { TABLES = 3 }; /* cells, links, maps */
 
 /* Bits of slot[].z in the shader. */
-enum { SLOT_LIT = 1, SLOT_EXACT = 2, SLOT_MIPS = 4 };
+enum { SLOT_LIT = 1, SLOT_EXACT = 2, SLOT_MIPS = 4, SLOT_STRANDS = 8 };
 
 static bool any_exact(const struct joint *joint) {
     for (uint32_t i = 0; i < joint->shell_count; i++)
@@ -28,7 +28,7 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
     flags |= (more & 1 ? FLAG_SLOTS_1 : 0) | (more & 2 ? FLAG_SLOTS_2 : 0);
     for (uint32_t i = 0; i < joint->shell_count; i++)
         flags |= variant_of_shell(joint->shell[i].object, picture->lights.count, false, false) &
-                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAGS_PLACE);
+                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAG_STRANDS | FLAGS_PLACE);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
     for (uint32_t i = 0; i < joint->shell_count; i++)
@@ -191,11 +191,15 @@ enum status joint_draw(struct joint *joint, struct picture *picture, GLuint firs
         const struct baked *baked = shell->object->baked;
         bool lit = baked && shell->object->volume->lit;
         bool mips = shell->object->filter == SCENE_FILTER_MIP;
-        GLuint gradient = !baked ? 0 : mips ? baked->gradient_mips : baked->medium_gradient;
+        bool strands = baked && baked->strands && shell->object->volume->strand_lit;
+        GLuint gradient = !baked    ? 0
+                          : strands ? baked->strands
+                          : mips    ? baked->gradient_mips
+                                    : baked->medium_gradient;
         for (uint32_t k = 0; k < shell->slots; k++, slot++) {
             glProgramUniform3ui(program, (GLint)(4 + slot), i, shell->first,
                                 (lit ? SLOT_LIT : 0u) | (shell->maps ? SLOT_EXACT : 0u) |
-                                    (mips ? SLOT_MIPS : 0u));
+                                    (mips ? SLOT_MIPS : 0u) | (strands ? SLOT_STRANDS : 0u));
             glBindTextureUnit(BINDING_SLOT_MEDIUM + slot, !baked ? joint->constant[i]
                                                           : mips ? baked->medium_mips
                                                                  : baked->medium);

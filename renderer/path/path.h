@@ -132,6 +132,8 @@ static inline void path_object_bind_medium(const struct path_object *object, GLu
     bool mips = object->filter == SCENE_FILTER_MIP;
     glBindTextureUnit(medium, mips ? baked->medium_mips : baked->medium);
     glBindTextureUnit(gradient, mips ? baked->gradient_mips : baked->medium_gradient);
+    if (object->volume->strand_lit)
+        glBindTextureUnit(BINDING_STRANDS, baked->strands);
     if (object->filter == SCENE_FILTER_VIEW) {
         glBindTextureUnit(BINDING_VIEW, baked->medium_views);
         glBindTextureUnit(BINDING_VIEW_LEFT, baked->left_views);

@@ -92,20 +92,30 @@ static bool add_voxels(const struct integral *integral, const struct active *act
         return true;
     double source[3];
     if (volume->lit) {
-        double gradient[3], normal[3] = {0, 0, 0}, color[3];
+        double gradient[3], normal[3] = {0, 0, 0}, color[3], strand[3];
         if (!*known &&
             !tracer_incident(integral->tracer, t, &(struct origin){.object = NULL}, incident))
             return false;
         *known = true;
-        voxels_gradient(&active->voxels, at, gradient);
-        double g = sqrt(dot3(gradient, gradient));
-        if (!voxels_normal(volume, prism, b, w, gradient, normal))
-            g = 0;
+        const struct reference_lights *lights = &integral->tracer->world->lights;
+        double specular = (double)volume->specular, shininess = (double)volume->shininess;
         for (int i = 0; i < 3; i++)
             color[i] = value[i] / value[3];
-        reference_light(&integral->tracer->world->lights, incident, color, normal, integral->view,
-                        g / (g + 0.01), (double)volume->specular, (double)volume->shininess,
-                        source);
+        if (volume->strand_lit) {
+            voxels_strand(&active->voxels, at, value[3], strand);
+            double together = fmin(1, sqrt(dot3(strand, strand)));
+            if (!voxels_tangent(prism, b, w, strand, normal))
+                together = 0;
+            reference_strand_light(lights, incident, color, normal, integral->view, together,
+                                   specular, shininess, source);
+        } else {
+            voxels_gradient(&active->voxels, at, gradient);
+            double g = sqrt(dot3(gradient, gradient));
+            if (!voxels_normal(volume, prism, b, w, gradient, normal))
+                g = 0;
+            reference_light(lights, incident, color, normal, integral->view, g / (g + 0.01),
+                            specular, shininess, source);
+        }
     } else {
         for (int i = 0; i < 3; i++)
             source[i] = value[i] / value[3];
@@ -230,7 +240,10 @@ static bool activate(struct tracer *tracer, const struct cell *cell) {
     active->scale = prism->ray->speed;
     if (!volume->homogeneous) {
         active->scale /= prism->object->spec->shell.thickness;
-        voxels_load(volume, false, volume->lit, cell->x, cell->y, cell->z, &active->voxels);
+        voxels_load(volume, false, volume->lit && !volume->strand_lit, cell->x, cell->y, cell->z,
+                    &active->voxels);
+        if (volume->strand_lit)
+            voxels_load_strands(&active->voxels);
         double most = 0;
         for (int c = 0; c < 8; c++)
             most = fmax(most, active->voxels.value[c][3]);

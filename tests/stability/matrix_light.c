@@ -21,6 +21,16 @@
 #define BELOW ", 'transform': {'translate': [0, 0, -1.5]}"
 #define AWAY  "'camera': {'eye': [0.5, -4, 3], 'fov_y_deg': 50}, "
 
+/* Hairs, lit by their direction. */
+#define HAIR(beside)                                                                               \
+    "{'shell': {'mesh': {'shape': 'torus', 'divisions': [48, 24]}, 'thickness': 0.2, 'tiles': "    \
+    "[4, 2], 'base': {'color': [0.2, 0.1, 0.1]}, 'material': {'builtin': 'fur', 'size': [16, 16, " \
+    "8], 'shading': 'kajiya-kay', 'specular': 0.4, 'shininess': 12}}" beside "}"
+
+static const char why_strands[] =
+    "strands turn from triangle to triangle, and cells read a neighbour's at their sides "
+    "(renderer/path/README.md)";
+
 static const char why_maps[] =
     "a shadow's edge is mixed over a texel of 512, and a pixel of 16 is lit or dark by one ray: "
     "measured 0.002 to 0.02, at first order in the texels";
@@ -30,7 +40,42 @@ static void fill_dense(struct volume *volume, const struct matrix_case *self) {
     voxels_fill(volume, self->arg[0], color);
 }
 
+static void strands(struct matrix *matrix) {
+    struct matrix_case made = {
+        .group = "light", .bound = BOUND_PICTURE, .most = 0.012, .why = why_strands};
+    static const struct {
+        const char *name, *light, *transform;
+    } rows[] = {
+        {"strands", "'lights': [{'direction': [0.7, 1, -1.1], 'color': [2, 1.9, 1.8]}], ", ""},
+        {"strands, light along them", "'lights': [{'direction': [0, 0, -1]}], ", ""},
+        {"strands, mirrored and squeezed", "'lights': [{'direction': [0.7, 1, -1.1]}], ",
+         ", 'transform': {'scale': [1, 0.5, -0.8], 'rotate_deg': [20, 30, 40]}"},
+        {"strands, a lamp in the ring", "'lights': [{'position': [0, 0, 0.1]}], ", ""},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        made.quick = i == 0;
+        snprintf(made.name, sizeof made.name, "%s", rows[i].name);
+        matrix_add(matrix, made,
+                   "{" IMAGE(16) AWAY "%s'objects': [" HAIR("%s, 'quality': {'samples': 64}") "]}",
+                   rows[i].light, rows[i].transform);
+    }
+    snprintf(made.name, sizeof made.name, "strands in shadow");
+    made.most = 0.05;
+    made.why = why_maps;
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY SUN FINE "'objects': [" HAIR(STEPS) ", " GROUND(BELOW) "]}");
+    snprintf(made.name, sizeof made.name, "strands beside mist");
+    made.most = 0.02;
+    made.why = why_strands;
+    made.may_warn = "overlap-approximate"; /* sorted cells */
+    made.most_warned = 0.1;
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY "'objects': [" HAIR(", 'quality': {'samples': 64}") ", " MIST(
+                   ", 'quality': {'samples': 64}") "]}");
+}
+
 void matrix_light(struct matrix *matrix) {
+    strands(matrix);
     struct matrix_case made = {
         .group = "light", .quick = true, .bound = BOUND_PICTURE, .most = 0.03, .why = why_maps};
     static const struct {
