@@ -310,6 +310,11 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
          needs->filter ? "no solid's voxels are all smaller than a sample"
          : no_shell    ? no_shell
                        : "quality.filter is none");
+    tell(report, "fill", plan->flags & FLAG_FILL,
+         "voxels glow, or their shell absorbs or emits besides: a step adds both",
+         needs->voxels ? "no material has absorption, emission or glow"
+         : no_shell    ? no_shell
+                       : "nothing has voxels");
     tell(report, "closed-form", needs->homogeneous,
          "homogeneous media are integrated without textures or steps",
          no_shell ? no_shell : "no medium is homogeneous");

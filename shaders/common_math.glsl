@@ -13,3 +13,14 @@ float one_minus_exp(float x) {
                   (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0 * (1.0 - x / 7.0 * (1.0 - x / 8.0)))))));
     return x < 0.5 ? series : 1.0 - exp(-x);
 }
+
+/* (1 - exp(-x)) / x for x >= 0, 1 at 0: the mean of exp(-s) over [0, x]. To 2e-7 relative, as above. */
+float mean_exp(float x) {
+    float series =
+        1.0 -
+        x / 2.0 *
+            (1.0 -
+             x / 3.0 *
+                 (1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0 * (1.0 - x / 7.0 * (1.0 - x / 8.0))))));
+    return x < 0.5 ? series : (1.0 - exp(-x)) / x;
+}

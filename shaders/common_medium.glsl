@@ -1,6 +1,10 @@
 /* Light along a segment of a ray through voxels: dL/ds = -sigma L + sigma c, exact for a constant sigma
  * in each step (midpoint rule, second order). Dufort et al. 2005, section 4.3: their
- * alpha_i = 1 - (1 - alpha_t)^(dt |V|) is the same in terms of tau = -log(1 - alpha). */
+ * alpha_i = 1 - (1 - alpha_t)^(dt |V|) is the same in terms of tau = -log(1 - alpha).
+ *
+ * FLAG_FILL: dL/ds = -(sigma + A) L + sigma c + g sigma c_voxel + Q, the shell's absorption and emission and
+ * its voxels' glow (section 5.3: "light is added in the integral, resulting in a glow effect"), exact for
+ * constants as the rest is: a step of the length h adds h (sigma c + ...) mean_exp((sigma + A) h). */
 #include "common_math.glsl"
 #include "common_prism.glsl"
 #if (VARIANT & FLAG_LIT) != 0
@@ -34,6 +38,9 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         vec4 m = medium_at(q); /* extinction-weighted colour, extinction */
         vec3 source = m.rgb / max(m.a, 1.0e-30);
         float tau_i = m.a * length_scaled;
+#if (VARIANT & FLAG_FILL) != 0
+        tau_i += frame[FRAME_FILL].w * length_scaled;
+#endif
 #if (VARIANT & FLAG_STRANDS) != 0
         float weight;
         vec3 tangent = strand_at(way, q, weight);
@@ -48,7 +55,12 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         source *= frame[FRAME_AMBIENT].rgb;
 #endif
         float lost = ray.left * one_minus_exp(tau_i);
+#if (VARIANT & FLAG_FILL) != 0
+        vec3 given = m.a * source + frame[FRAME_GLOW].x * m.rgb + frame[FRAME_FILL].rgb;
+        ray.color += ray.left * length_scaled * mean_exp(tau_i) * given;
+#else
         ray.color += lost * source;
+#endif
         ray.left -= lost;
         ray.tau += tau_i;
     } while ((i += 1.0) < steps);

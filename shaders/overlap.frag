@@ -204,12 +204,21 @@ void main() {
 #else
 #define PLACE(k, dt) s[k].q + dt * s[k].dq
 #endif
+#if (VARIANT & FLAG_FILL) != 0
+#define FILL(k)                                                                                    \
+    m += vec4(frame[k * FRAME_VEC4S + FRAME_FILL].rgb + frame[k * FRAME_VEC4S + FRAME_GLOW].x * own, \
+              frame[k * FRAME_VEC4S + FRAME_FILL].w);
+#else
+#define FILL(k)
+#endif
 #define SAMPLE(k)                                                                                  \
     {                                                                                              \
         float dt = at - s[k].t_in;                                                                 \
         vec3 q = PLACE(k, dt);                                                                     \
         vec4 m = READ(medium, k);                                                                  \
+        vec3 own = m.rgb;                                                                          \
         LIGHT(k)                                                                                   \
+        FILL(k)                                                                                    \
         float density = s[k].t_out < IDLE ? s[k].density : 0.0;                                    \
         sigma += density * m.a;                                                                    \
         emitted += density * m.rgb;                                                                \
@@ -217,7 +226,11 @@ void main() {
             EACH_SLOT(SAMPLE)
             float tau_i = sigma * (span / steps);
             float lost = left * one_minus_exp(tau_i);
+#if (VARIANT & FLAG_FILL) != 0
+            color += left * (span / steps) * mean_exp(tau_i) * emitted;
+#else
             color += lost * (emitted / max(sigma, 1.0e-30));
+#endif
             left -= lost;
             tau += tau_i;
         } while ((i += 1.0) < steps);

@@ -49,11 +49,21 @@ struct volume {
         uint64_t open_edges;     /* of a tile's mesh: its triangles are sheets */
     } notes;
 
+    /* What fills the shell besides, evenly: extinction without source per object unit, radiance per
+     * object unit; and the radiance of a voxel's own, as a multiple of its colour. */
+    double absorption, emission[3], glow;
+
     bool lit, strand_lit; /* the latter only where `lit`, and there is a medium */
     float specular, shininess;
     size_t bytes;
     int references;
 };
+
+/* Whether `medium` is not all that a ray meets in the shell. */
+static inline bool volume_is_filled(const struct volume *volume) {
+    return volume->absorption > 0 || volume->glow > 0 || volume->emission[0] > 0 ||
+           volume->emission[1] > 0 || volume->emission[2] > 0;
+}
 
 /* Keyed by the material's members and its images' SHA-256; least recently used goes first, volumes
  * in use stay. One cache belongs to one thread. */

@@ -28,7 +28,7 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
     flags |= (more & 1 ? FLAG_SLOTS_1 : 0) | (more & 2 ? FLAG_SLOTS_2 : 0);
     for (uint32_t i = 0; i < joint->shell_count; i++)
         flags |= variant_of_shell(joint->shell[i].object, picture->lights.count, false, false) &
-                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAG_STRANDS | FLAGS_PLACE);
+                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAG_STRANDS | FLAG_FILL | FLAGS_PLACE);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
     for (uint32_t i = 0; i < joint->shell_count; i++)
@@ -49,10 +49,9 @@ static GLuint one_texel(const float value[4]) {
 
 /* The layout of a baked medium: extinction-weighted colour and extinction, times the thickness. */
 static GLuint constant_of(const struct path_object *object) {
-    const struct volume *volume = object->volume;
-    double depth = volume->extinction * object->shell->thickness;
-    float value[4] = {(float)(depth * volume->radiance[0]), (float)(depth * volume->radiance[1]),
-                      (float)(depth * volume->radiance[2]), (float)depth};
+    double radiance[3], depth = path_object_constant(object, radiance) * object->shell->thickness;
+    float value[4] = {(float)(depth * radiance[0]), (float)(depth * radiance[1]),
+                      (float)(depth * radiance[2]), (float)depth};
     return one_texel(value);
 }
 

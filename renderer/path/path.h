@@ -114,7 +114,8 @@ const struct path *path_find(enum scene_path id);
 
 /* Whether a volume needs each of the two draws. */
 static inline bool volume_has_medium(const struct volume *volume) {
-    return volume->homogeneous ? volume->extinction > 0 : volume->medium != NULL;
+    return volume->homogeneous ? volume->extinction > 0 || volume_is_filled(volume)
+                               : volume->medium != NULL;
 }
 static inline bool volume_has_solid(const struct volume *volume) {
     return volume->solid != NULL;
@@ -124,6 +125,10 @@ static inline bool volume_has_solid(const struct volume *volume) {
 static inline bool path_object_drawn(const struct path_object *object) {
     return object->shell && (volume_has_medium(object->volume) || volume_has_solid(object->volume));
 }
+
+/* A homogeneous medium and what fills it besides as one: returns extinction per object unit, and
+ * sets the radiance that this extinction stands for, (sigma c + q) / (sigma + sigma_a). */
+double path_object_constant(const struct path_object *object, double radiance[3]);
 
 /* Binds a medium's voxels and gradients, as the object's filter reads them. */
 static inline void path_object_bind_medium(const struct path_object *object, GLuint medium,

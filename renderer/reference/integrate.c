@@ -3,7 +3,7 @@
  *   L = int j(t) T(t) dt,  T(t) = exp(-int sigma dt),  sigma = sum sigma_i,  j = sum sigma_i c_i,
  *
  * over every material that the ray is in at t: where shells or folds overlap, extinctions add and
- * colours mix by extinction.
+ * colours mix by extinction; what fills a shell evenly adds to both, sigma_a and q.
  *
  * Between two neighbouring ends of cells every field is smooth, but for the light's own kinks.
  * There the integral is taken by the five-point Lobatto rule: optical depths at the nodes by
@@ -53,6 +53,7 @@ struct active {
     const struct volume *volume;
     struct voxels voxels;
     double scale; /* from stored extinction to optical depth for each unit of t */
+    double speed; /* object lengths for each unit of t */
 };
 
 struct sample {
@@ -71,6 +72,13 @@ struct integral {
     double front;      /* transmittance in front of the interval */
     double brightness; /* errors count relative to it: 1, or the radiance if that is more */
 };
+
+/* What fills the shell besides, wherever it is. */
+static void add_fill(const struct active *active, struct sample *sample) {
+    sample->sigma += active->volume->absorption * active->speed;
+    for (int i = 0; i < 3; i++)
+        sample->j[i] += active->volume->emission[i] * active->speed;
+}
 
 static void add_constant(const struct active *active, struct sample *sample) {
     double sigma = active->volume->extinction * active->scale;
@@ -120,6 +128,8 @@ static bool add_voxels(const struct integral *integral, const struct active *act
         for (int i = 0; i < 3; i++)
             source[i] = value[i] / value[3];
     }
+    for (int i = 0; i < 3; i++)
+        source[i] += volume->glow * value[i] / value[3];
     double sigma = value[3] * active->scale;
     sample->sigma += sigma;
     for (int i = 0; i < 3; i++)
@@ -134,6 +144,7 @@ static void sample_at(const struct integral *integral, double t, struct sample *
     bool known = false;
     memset(sample, 0, sizeof *sample);
     for (size_t k = 0; k < tracer->active_count; k++) {
+        add_fill(&tracer->active[k], sample);
         if (tracer->active[k].volume->homogeneous)
             add_constant(&tracer->active[k], sample);
         else if (!add_voxels(integral, &tracer->active[k], t, &incident, &known, sample))
@@ -199,10 +210,12 @@ static void refine(struct integral *integral, double a, double b,
 }
 
 static void closed_form(const struct sample *sample, double h, struct panel *panel) {
-    double lost = -expm1(-sample->sigma * h);
-    panel->transmittance = exp(-sample->sigma * h);
+    double depth = sample->sigma * h;
+    panel->transmittance = exp(-depth);
+    /* The mean transmittance on the way; 1 where nothing is lost, as in a glow without extinction. */
+    double mean = depth > 0 ? -expm1(-depth) / depth : 1;
     for (int i = 0; i < 3; i++)
-        panel->radiance[i] = sample->sigma > 0 ? sample->j[i] / sample->sigma * lost : 0;
+        panel->radiance[i] = sample->j[i] * h * mean;
 }
 
 static void over_interval(struct integral *integral, double a, double b, double tolerance,
@@ -237,7 +250,7 @@ static bool activate(struct tracer *tracer, const struct cell *cell) {
     active->cell = cell;
     active->prism = prism;
     active->volume = volume;
-    active->scale = prism->ray->speed;
+    active->scale = active->speed = prism->ray->speed;
     if (!volume->homogeneous) {
         active->scale /= prism->object->spec->shell.thickness;
         voxels_load(volume, false, volume->lit && !volume->strand_lit, cell->x, cell->y, cell->z,
@@ -247,7 +260,7 @@ static bool activate(struct tracer *tracer, const struct cell *cell) {
         double most = 0;
         for (int c = 0; c < 8; c++)
             most = fmax(most, active->voxels.value[c][3]);
-        if (!(most > 0))
+        if (!(most > 0) && !volume_is_filled(volume))
             return true; /* empty: neither seen nor listed */
     }
     tracer->active_count++;

@@ -21,8 +21,9 @@ static double depth_of_cell(struct tracer *light, const struct cell *cell) {
     const struct prism_ray *prism = &light->prisms[light->segments[cell->segment].prism];
     const struct volume *volume = prism->object->volume;
     double h = cell->span.t[1] - cell->span.t[0], sum = 0;
+    double fill = volume->absorption * prism->ray->speed * h;
     if (volume->homogeneous)
-        return volume->extinction * prism->ray->speed * h;
+        return volume->extinction * prism->ray->speed * h + fill;
     if (!volume->medium)
         return 0;
     struct voxels voxels;
@@ -38,7 +39,7 @@ static double depth_of_cell(struct tracer *light, const struct cell *cell) {
         sum += weight[n] * fmax(0, value[3]);
         light->evaluations++;
     }
-    return sum * h * prism->ray->speed / prism->object->spec->shell.thickness;
+    return sum * h * prism->ray->speed / prism->object->spec->shell.thickness + fill;
 }
 
 /* The share of light k that comes to `from`, which is relative to the world's centre. */

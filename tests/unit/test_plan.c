@@ -15,7 +15,7 @@ static const char *const parts[] = {
     "depth",      "occluded",      "voxels",       "closed-form",  "cells",         "eye-inside",
     "fp64",       "light",         "ambient",      "shadow",       "specular",      "gradients",
     "shadow-map", "shadow-slices", "point-lights", "mesh-normals", "base-textures", "OpenImageIO",
-    "tinygltf",   "filter",        "far-solids",   "strands"};
+    "tinygltf",   "filter",        "far-solids",   "strands",      "fill"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -77,6 +77,14 @@ static const struct row rows[] = {
     {DIM SHELL(SPHERE, FUR ", 'lit': false", ", 'base': {'color': [1, 0, 0]}") SORTED END,
      "surface sort exact-map media resolve depth occluded voxels cells ambient",
      "TETRA:medium+occluded+exact SURFACE:ambient RESOLVE:"},
+    {ONE SHELL(SPHERE, FUR ", 'lit': false, 'glow': 1", "") END,
+     "entries exact-map media resolve voxels fill", "WALK:medium+exact+fill RESOLVE:"},
+    {CAST SHELL(SPHERE, FUR ", 'absorption': 1", "") END,
+     "entries exact-map media resolve voxels fill light shadow shadow-slices gradients",
+     "CASTER:medium+exact+fill CASTER_RANGE: RANGE_FILL: WALK:medium+lit+exact+dimmed+fill "
+     "RESOLVE:"},
+    {ONE SHELL(SPHERE, MIST ", 'absorption': 1, 'emission': [1, 0, 0]", "") END,
+     "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
     {ONE SHELL(SPHERE, HAIR, "") END, "entries exact-map media resolve voxels light strands",
      "WALK:medium+lit+exact+strands RESOLVE:"},
     {ONE SHELL(SPHERE, HAIR, "") SORTED END,
@@ -215,6 +223,7 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_SHADOW_MEDIA, "dimmed"},
                  {FLAG_POINT, "point"},
                  {FLAG_STRANDS, "strands"},
+                 {FLAG_FILL, "fill"},
                  {FLAG_FILTER, "filter"},
                  {FLAG_FILTER_VIEW, "view"}};
     const char *program;
