@@ -134,6 +134,7 @@ struct scene_material {
     double specular, shininess;
     bool lit;
     enum scene_shading shading; /* of its medium, if it has one */
+    double extinction_color[3]; /* factors of extinction; likewise */
     double absorption;          /* per object unit; materials with a medium */
     double emission[3];         /* radiance per object unit; likewise */
     double glow;                /* likewise, of voxels */

@@ -311,8 +311,9 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
          : no_shell    ? no_shell
                        : "quality.filter is none");
     tell(report, "fill", plan->flags & FLAG_FILL,
-         "voxels glow, or their shell absorbs or emits besides: a step adds both",
-         needs->voxels ? "no material has absorption, emission or glow"
+         "extinction has colours, voxels glow, or their shell absorbs or emits besides: a step "
+         "adds all",
+         needs->voxels ? "nothing has extinction_color, absorption, emission or glow"
          : no_shell    ? no_shell
                        : "nothing has voxels");
     tell(report, "closed-form", needs->homogeneous,

@@ -10,7 +10,7 @@
  * by clipping; footprints are found by the prisms' own map, and are a medium's; shadows and point
  * lights need light, and beside a point light there are both kinds of shadow or none; strands are a
  * lit medium's, and not filtered (joint walks may hold other media that are); what fills a shell
- * besides its voxels needs them, since of a homogeneous one it is part of the constants. The checks
+ * besides its material is a medium. The checks
  * compile of the variants for which this holds those of tests/tools/variant_cover.h, and
  * gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
@@ -30,7 +30,7 @@
      (((v)&FLAG_POINT) == 0 || ((v)&FLAGS_SHADOW) == 0 || ((v)&FLAGS_SHADOW) == FLAGS_SHADOW) &&   \
      (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
      (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
-     (((v)&FLAG_FILL) == 0 || ((v)&FLAG_MEDIUM) != 0 || ((known)&FLAGS_CONTENT) == 0) &&           \
+     (((v)&FLAG_FILL) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
      (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0 &&                  \
                                   (((v)&FLAG_FILTER) == 0 || ((known)&FLAGS_CONTENT) == 0))))
 
@@ -60,7 +60,8 @@
 
 #define FLAG_STRANDS 0x80000 /* a medium is lit by its strands, not by normals */
 
-#define FLAG_FILL    0x400000 /* voxels glow, or a shell absorbs or emits besides what they do */
+#define FLAG_FILL                                                                                  \
+    0x400000 /* voxels glow, their shell absorbs or emits, or extinction has colours */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */
@@ -93,7 +94,7 @@
 #define FRAME_LIGHT_COLOR 30
 #define FRAME_LOW         38 /* what fp32 leaves off O0 to DV, then off X_ROW to H_ROW */
 #define FRAME_FILL        47 /* what fills the shell, times its thickness: emission, absorption */
-#define FRAME_GLOW        48 /* x: a voxel's own radiance, as a multiple of its colour */
+#define FRAME_GLOW        48 /* x: a voxel's own radiance, as a multiple of its colour; yzw: tint */
 #define FRAME_VEC4S       49
 
 #define BINDING_FRAME           0

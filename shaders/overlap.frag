@@ -27,6 +27,7 @@
 #include "common_frame.glsl"
 #include "common_sample.glsl"
 #include "common_math.glsl"
+#include "common_through.glsl"
 #include "common_walk.glsl"
 #if (VARIANT & FLAG_EXACT) != 0
 #include "common_prism.glsl"
@@ -55,7 +56,15 @@ layout(location = 4) uniform uvec3 slot[SLOTS];
 #define SLOT_STRANDS 8u
 
 layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
-layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
+layout(location = 0, index = 1) out vec4 through; /* transmittance, the blend factor */
+
+#if (VARIANT & FLAG_FILL) != 0
+#define CHANNELS vec3 /* of what is let through */
+#define MOST(x) most_of(x)
+#else
+#define CHANNELS float
+#define MOST(x) (x)
+#endif
 
 #define IDLE 1.0e38 /* t_out of a slot that walks through nothing */
 
@@ -139,7 +148,8 @@ void main() {
 
     int entry = starts > 0 ? 0 : first;
     int visit = 0;
-    float t = -1.0, tau = 0.0, left = 1.0;
+    float t = -1.0;
+    CHANNELS tau = CHANNELS(0.0), left = CHANNELS(1.0);
     vec3 color = vec3(0.0);
     bool more;
     do {
@@ -166,7 +176,8 @@ void main() {
         float span = max(t_end - t, 0.0);
         float steps = clamp(ceil(span * fineness), 1.0, limit.x), i = 0.5;
         do {
-            float at = t + span * (i / steps), sigma = 0.0;
+            float at = t + span * (i / steps);
+            CHANNELS sigma = CHANNELS(0.0);
             vec3 emitted = vec3(0.0);
 #if (VARIANT & FLAG_STRANDS) != 0
 #define STRAND(k)                                                                                  \
@@ -206,10 +217,11 @@ void main() {
 #endif
 #if (VARIANT & FLAG_FILL) != 0
 #define FILL(k)                                                                                    \
-    m += vec4(frame[k * FRAME_VEC4S + FRAME_FILL].rgb + frame[k * FRAME_VEC4S + FRAME_GLOW].x * own, \
-              frame[k * FRAME_VEC4S + FRAME_FILL].w);
+    vec4 glow = frame[k * FRAME_VEC4S + FRAME_GLOW], fill = frame[k * FRAME_VEC4S + FRAME_FILL];   \
+    m.rgb = glow.yzw * (m.rgb + glow.x * own) + fill.rgb;                                          \
+    vec3 taken = glow.yzw * (m.a + fill.w);
 #else
-#define FILL(k)
+#define FILL(k) float taken = m.a;
 #endif
 #define SAMPLE(k)                                                                                  \
     {                                                                                              \
@@ -220,12 +232,11 @@ void main() {
         LIGHT(k)                                                                                   \
         FILL(k)                                                                                    \
         float density = s[k].t_out < IDLE ? s[k].density : 0.0;                                    \
-        sigma += density * m.a;                                                                    \
+        sigma += density * taken;                                                                  \
         emitted += density * m.rgb;                                                                \
     }
             EACH_SLOT(SAMPLE)
-            float tau_i = sigma * (span / steps);
-            float lost = left * one_minus_exp(tau_i);
+            CHANNELS tau_i = sigma * (span / steps), lost = left * one_minus_exp(tau_i);
 #if (VARIANT & FLAG_FILL) != 0
             color += left * (span / steps) * mean_exp(tau_i) * emitted;
 #else
@@ -312,11 +323,10 @@ void main() {
         more = entry < starts || entry < last;
 #define WALKING(k) more = more || s[k].t_out < IDLE;
         EACH_SLOT(WALKING)
-        more = more && t < t_stop && left >= limit.y && k_next >= 0;
+        more = more && t < t_stop && MOST(left) >= limit.y && k_next >= 0;
     } while (more && ++visit < visits);
 
-    picture = vec4(color, tau);
-    through = vec4(exp(-tau));
+    show(color, tau, picture, through);
     /* A ray that has seen too many cells is no picture: told as such (renderer/render.c). */
     picture = visit < visits ? picture : vec4(uintBitsToFloat(0x7fc00000u));
 }

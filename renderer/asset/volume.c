@@ -294,13 +294,17 @@ static enum status make_voxels(const struct scene_material *spec, double thickne
     return STATUS_OK;
 }
 
-/* How the voxels are lit, and what fills the shell besides. A homogeneous medium has no gradient: its colour is its radiance. */
+/* How the voxels are lit, and what fills the shell besides. A homogeneous medium has no gradient:
+ * its colour is its radiance. */
 static void set_light(struct volume *volume, const struct scene_material *spec) {
     volume->lit = spec->lit && !volume->homogeneous;
     volume->strand_lit = volume->lit && volume->medium && spec->shading == SCENE_SHADING_KAJIYA_KAY;
     volume->absorption = spec->absorption;
     memcpy(volume->emission, spec->emission, sizeof volume->emission);
     volume->glow = spec->glow;
+    /* Only what holds a medium has the member. */
+    for (int i = 0; i < 3; i++)
+        volume->tint[i] = volume->homogeneous || volume->medium ? spec->extinction_color[i] : 1;
     volume->specular = volume->lit ? (float)spec->specular : 0.0f;
     volume->shininess = volume->lit ? (float)spec->shininess : 0.0f;
 }
@@ -308,7 +312,7 @@ static void set_light(struct volume *volume, const struct scene_material *spec) 
 static bool same_light(const struct volume *a, const struct volume *b) {
     bool filled_alike = a->absorption == b->absorption && a->glow == b->glow;
     for (int i = 0; i < 3; i++)
-        filled_alike &= a->emission[i] == b->emission[i];
+        filled_alike &= a->emission[i] == b->emission[i] && a->tint[i] == b->tint[i];
     return filled_alike && a->lit == b->lit && a->strand_lit == b->strand_lit &&
            a->specular == b->specular && a->shininess == b->shininess;
 }

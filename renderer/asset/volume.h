@@ -52,6 +52,7 @@ struct volume {
     /* What fills the shell besides, evenly: extinction without source per object unit, radiance per
      * object unit; and the radiance of a voxel's own, as a multiple of its colour. */
     double absorption, emission[3], glow;
+    double tint[3]; /* factors of all extinction, 0 to 1 */
 
     bool lit, strand_lit; /* the latter only where `lit`, and there is a medium */
     float specular, shininess;
@@ -63,6 +64,11 @@ struct volume {
 static inline bool volume_is_filled(const struct volume *volume) {
     return volume->absorption > 0 || volume->glow > 0 || volume->emission[0] > 0 ||
            volume->emission[1] > 0 || volume->emission[2] > 0;
+}
+
+/* Whether extinction has colours. */
+static inline bool volume_is_tinted(const struct volume *volume) {
+    return volume->tint[0] != 1 || volume->tint[1] != 1 || volume->tint[2] != 1;
 }
 
 /* Keyed by the material's members and its images' SHA-256; least recently used goes first, volumes

@@ -106,16 +106,23 @@ void frame_set_shell(struct frame *frame, const struct path_object *object) {
         (float)fmin(1e-4, 0.1 / ((double)object->quality * object->quality));
     frame->v[FRAME_STEP][3] = object->object->shell.has_base ? 1 : 0;
     double constant[3] = {0, 0, 0}, extinction = 0, thickness = object->shell->thickness;
-    if (volume->homogeneous)
+    /* Tinted: what is given on the way, instead of what it tends to (common_through.glsl). */
+    if (volume->homogeneous && volume_is_tinted(volume)) {
+        extinction = volume->extinction + volume->absorption;
+        for (int i = 0; i < 3; i++)
+            constant[i] =
+                volume->tint[i] * volume->extinction * volume->radiance[i] + volume->emission[i];
+    } else if (volume->homogeneous) {
         extinction = path_object_constant(object, constant);
+    }
     for (int i = 0; i < 3; i++) {
         frame->v[FRAME_SIZE][i] = (float)volume->size[i];
         frame->v[FRAME_CONSTANT][i] = (float)constant[i];
-        frame->v[FRAME_FILL][i] =
-            volume->homogeneous ? 0 : (float)(volume->emission[i] * thickness);
+        frame->v[FRAME_FILL][i] = (float)(volume->emission[i] * thickness);
+        frame->v[FRAME_GLOW][i + 1] = (float)volume->tint[i];
     }
     frame->v[FRAME_CONSTANT][3] = (float)extinction;
-    frame->v[FRAME_FILL][3] = volume->homogeneous ? 0 : (float)(volume->absorption * thickness);
+    frame->v[FRAME_FILL][3] = (float)(volume->absorption * thickness);
     frame->v[FRAME_GLOW][0] = (float)volume->glow;
     frame->v[FRAME_MATERIAL][0] = volume->specular;
     frame->v[FRAME_MATERIAL][1] = volume->shininess;

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
@@ -47,9 +48,15 @@ static GLuint one_texel(const float value[4]) {
     return texture;
 }
 
-/* The layout of a baked medium: extinction-weighted colour and extinction, times the thickness. */
-static GLuint constant_of(const struct path_object *object) {
-    double radiance[3], depth = path_object_constant(object, radiance) * object->shell->thickness;
+/* The layout of a baked medium: extinction-weighted colour and extinction, times the thickness.
+ * `filled`: the frame holds what fills it besides, else that is part of it. */
+static GLuint constant_of(const struct path_object *object, bool filled) {
+    double radiance[3], depth = path_object_constant(object, radiance);
+    if (filled) {
+        depth = object->volume->extinction;
+        memcpy(radiance, object->volume->radiance, sizeof radiance);
+    }
+    depth *= object->shell->thickness;
     float value[4] = {(float)(depth * radiance[0]), (float)(depth * radiance[1]),
                       (float)(depth * radiance[2]), (float)depth};
     return one_texel(value);
@@ -93,14 +100,18 @@ enum status joint_prepare(struct joint *joint, struct picture *picture,
     static const GLenum formats[TABLES] = {GL_RGBA32F, GL_RGBA32UI, GL_RGBA32F};
     static const size_t sizes[TABLES] = {CELL_BYTES, LINK_BYTES, MAP_BYTES};
     size_t cells = 0;
+    bool filled = false;
+    for (uint32_t i = 0; i < joint->shell_count; i++)
+        filled |= (variant_of_shell(joint->shell[i].object, 0, false, false) & FLAG_FILL) != 0;
     joint->slots = 0;
     for (uint32_t i = 0; i < joint->shell_count; i++) {
         joint->shell[i].first = (uint32_t)cells;
         cells += joint->shell[i].object->shell->tetra_count;
         joint->slots += joint->shell[i].slots;
         glDeleteTextures(1, &joint->constant[i]);
-        joint->constant[i] =
-            joint->shell[i].object->volume->homogeneous ? constant_of(joint->shell[i].object) : 0;
+        joint->constant[i] = joint->shell[i].object->volume->homogeneous
+                                 ? constant_of(joint->shell[i].object, filled)
+                                 : 0;
     }
     if (cells * WALK_TEXELS > (size_t)texels_max)
         return error_fault(err, STATUS_TOO_COMPLEX, "/objects",

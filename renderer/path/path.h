@@ -69,6 +69,9 @@ struct picture {
     struct path_object *objects;
     size_t object_count;
     bool occluded; /* something opaque is drawn before the media */
+    /* NULL; or, where extinction has colours, the background (straight linear RGBA): it is drawn
+     * first, since each channel lets a share of its own through. */
+    const double *behind;
     /* NULL: the whole picture. Else only these blocks: a path draws its full-screen passes with
      * gl_blocks_draw(), and all others under the depth test, which lets nothing through elsewhere.
      */

@@ -32,7 +32,7 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
         flags |= FLAG_EXACT;
     if (!solid && object->filter != SCENE_FILTER_NONE)
         flags |= FLAG_FILTER | (object->filter == SCENE_FILTER_VIEW ? FLAG_FILTER_VIEW : 0);
-    if (!solid && !volume->homogeneous && volume_is_filled(volume))
+    if (!solid && (volume_is_tinted(volume) || (!volume->homogeneous && volume_is_filled(volume))))
         flags |= FLAG_FILL;
     if (variant_needs_normals(object, lights))
         flags |= FLAG_LIT | object->shadow |

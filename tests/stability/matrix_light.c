@@ -124,7 +124,66 @@ static void filled(struct matrix *matrix) {
                "}, " MIST(STEPS) ", " GROUND(BELOW) "]}");
 }
 
+/* Extinction with colours at its ends; what keeps one optical depth refuses it. */
+static void tinted(struct matrix *matrix) {
+    struct matrix_case made = {.group = "light", .bound = BOUND_PICTURE, .may_refuse = "*"};
+    static const struct {
+        const char *name, *background, *material;
+        double most;
+    } rows[] = {
+        {"glass", "[0.2, 0.5, 0.9, 0.5]",
+         "'builtin': 'homogeneous', 'extinction': 0, 'absorption': 2, 'extinction_color': [1, 0.3, "
+         "0]",
+         2e-5},
+        {"glass, opaque to red", "[0.2, 0.5, 0.9, 1]",
+         "'builtin': 'homogeneous', 'extinction': 1e9, 'extinction_color': [1, 1e-9, 0]", 2e-5},
+        {"no channel at all", "[0.2, 0.5, 0.9, 1]",
+         "'builtin': 'homogeneous', 'extinction': 1e9, 'extinction_color': [0, 0, 0]", 2e-5},
+        {"clouds", "[0.2, 0.5, 0.9, 1]",
+         "'builtin': 'clouds', 'size': [8, 8, 4], 'extinction_color': [0.1, 0.4, 1], 'glow': 0.2",
+         4e-3},
+        {"clouds over nothing", "[0, 0, 0, 0]",
+         "'builtin': 'clouds', 'size': [8, 8, 4], 'extinction_color': [0.1, 0.4, 1], 'absorption': "
+         "0.5",
+         4e-3},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        for (int ground = 0; ground < 2; ground++) {
+            made.quick = i == 0;
+            made.most = rows[i].most;
+            made.why = rows[i].most < 1e-3 ? "closed form" : "clouds by 32 steps";
+            snprintf(made.name, sizeof made.name, "tint: %s%s", rows[i].name,
+                     ground ? ", on a ground" : "");
+            matrix_add(matrix, made,
+                       "{'image': {'width': 16, 'height': 16, 'samples': 1, 'background': "
+                       "%s}, " AWAY "'objects': [{'shell': {'mesh': {'shape': 'sphere', "
+                       "'divisions': [12, 6]}, 'thickness': 0.4, 'tiles': [3, 2], 'material': "
+                       "{%s}}" STEPS "}%s]}",
+                       rows[i].background, rows[i].material, ground ? ", " GROUND(BELOW) : "");
+        }
+    snprintf(made.name, sizeof made.name, "tint: beside mist");
+    made.most = 0.01;
+    made.why = "clouds by 32 steps, normals once a cell";
+    made.may_warn = "overlap-approximate"; /* sorted cells */
+    made.most_warned = 0.2;
+    matrix_add(matrix, made,
+               "{'image': {'width': 16, 'height': 16, 'samples': 1, 'background': [0.2, 0.5, 0.9, "
+               "1]}, " AWAY
+               "'objects': [{'shell': {'mesh': {'shape': 'plane', 'size': [4, 4]}, 'thickness': "
+               "0.4, 'material': {'builtin': 'homogeneous', 'extinction': 0.5, "
+               "'extinction_color': [0.2, 1, 0.4]}}, 'transform': {'translate': [0, 0, 0.9]}" STEPS
+               "}, " MIST(STEPS) ", " GROUND(BELOW) "]}");
+    snprintf(made.name, sizeof made.name, "tint: in shadow");
+    made.most = 0;
+    made.why = "refused";
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY SUN
+               "'objects': [{'shell': {'mesh': {'shape': 'plane'}, 'material': {'builtin': "
+               "'homogeneous', 'extinction_color': [0.2, 1, 0.4]}}}, " GROUND(BELOW) "]}");
+}
+
 void matrix_light(struct matrix *matrix) {
+    tinted(matrix);
     filled(matrix);
     strands(matrix);
     struct matrix_case made = {
