@@ -113,6 +113,8 @@ enum scene_builtin {
     SCENE_BUILTIN_BARK
 };
 
+enum scene_shading { SCENE_SHADING_NORMALS, SCENE_SHADING_KAJIYA_KAY };
+
 struct scene_material {
     enum scene_material_kind kind;
     enum scene_builtin builtin;
@@ -131,6 +133,11 @@ struct scene_material {
     struct scene_mesh geometry;
     double specular, shininess;
     bool lit;
+    enum scene_shading shading; /* of its medium, if it has one */
+    double extinction_color[3]; /* factors of extinction; likewise */
+    double absorption;          /* per object unit; materials with a medium */
+    double emission[3];         /* radiance per object unit; likewise */
+    double glow;                /* likewise, of voxels */
 };
 
 struct scene_base {

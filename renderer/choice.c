@@ -7,6 +7,7 @@
 
 #include "renderer/cost.h"
 #include "renderer/plan.h"
+#include "renderer/tint.h"
 
 /* Which paths are chosen from; of equals the first one. */
 enum { CANDIDATES = 2 };
@@ -25,9 +26,10 @@ static enum status try_path(const struct path *path, struct prepared *prepared, 
                             bool may_walk, struct error *err) {
     set_path(scene, path);
     enum status status = path->choose(prepared->objects, prepared->object_count, err);
-    return status == STATUS_OK
-               ? plan_order(prepared->objects, prepared->object_count, may_walk, err)
-               : status;
+    if (status == STATUS_OK)
+        status = plan_order(prepared->objects, prepared->object_count, may_walk, err);
+    return status == STATUS_OK ? tint_check(scene, prepared->objects, prepared->object_count, err)
+                               : status;
 }
 
 static void tell_refused(struct report_candidate *candidate, const struct error *err) {

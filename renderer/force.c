@@ -22,13 +22,17 @@ static bool add_voxels(struct volume *volume, float **voxels, const float voxel[
     return *voxels != NULL;
 }
 
-static bool force_volume(uint32_t force, struct forced_volume *forced, double thickness) {
+static bool force_volume(uint32_t force, const struct path_object *object,
+                         struct forced_volume *forced) {
     static const float nothing[4] = {0, 0, 0, 0};
     struct volume *volume = &forced->volume;
     if ((force & FORCE_VOXELS) && volume->homogeneous) {
-        float tau = (float)(volume->extinction * thickness);
-        float voxel[4] = {(float)volume->radiance[0] * tau, (float)volume->radiance[1] * tau,
-                          (float)volume->radiance[2] * tau, tau};
+        double radiance[3];
+        float tau = (float)(path_object_constant(object, radiance) * object->shell->thickness);
+        float voxel[4] = {(float)radiance[0] * tau, (float)radiance[1] * tau,
+                          (float)radiance[2] * tau, tau};
+        volume->absorption = 0;
+        memset(volume->emission, 0, sizeof volume->emission);
         memcpy(volume->size, (const int[3]){VOXELS_U, VOXELS_U, VOXELS_W}, sizeof volume->size);
         volume->homogeneous = volume->lit = false;
         volume->medium_max = tau;
@@ -71,7 +75,7 @@ enum status force_objects(uint32_t force, struct prepared *prepared, struct erro
         struct forced_volume *forced = &prepared->forced[i];
         forced->original = object->volume;
         forced->volume = *object->volume;
-        if (!force_volume(force, forced, object->shell->thickness))
+        if (!force_volume(force, object, forced))
             return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to measure");
         object->volume = &forced->volume;
     }

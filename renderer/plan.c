@@ -223,7 +223,9 @@ static struct needs find_needs(const struct scene *scene, const struct path_obje
         needs.exact |= object->exact;
         needs.curved |= !object->volume->homogeneous && !object->shell->affine;
         needs.homogeneous |= object->volume->homogeneous && medium;
-        needs.gradients |= variant_needs_normals(object, (int)scene->light_count);
+        int lights = (int)scene->light_count;
+        needs.gradients |=
+            variant_needs_normals(object, lights) && (solid || !variant_by_strands(object, lights));
     }
     return needs;
 }
@@ -277,7 +279,14 @@ static void tell_light(const struct plan *plan, const struct needs *needs, bool 
     tell(report, "gradients", needs->gradients, "normals of lit voxels are baked and fetched",
          !needs->shells ? NO_SHELL
          : !lights      ? "no light has a direction: no normals are baked, uploaded or fetched"
-                        : "no lit voxels: no normals are baked, uploaded or fetched");
+         : plan->flags & FLAG_STRANDS
+             ? "media are lit by their strands: no normals are baked, uploaded or fetched"
+             : "no lit voxels: no normals are baked, uploaded or fetched");
+    tell(report, "strands", plan->flags & FLAG_STRANDS,
+         "a medium is lit by the directions of its strands, which are fetched",
+         !lights ? no_light
+         : lit   ? "no lit medium's shading is kajiya-kay"
+                 : "nothing is lit");
     tell(report, "mesh-normals", plan->surface && lit, "lit triangles have normals at corners",
          plan->surface ? "no light has a direction: no normals of triangles are uploaded"
                        : "there is no base or mesh");
@@ -306,6 +315,12 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
          needs->filter ? "no solid's voxels are all smaller than a sample"
          : no_shell    ? no_shell
                        : "quality.filter is none");
+    tell(report, "fill", plan->flags & FLAG_FILL,
+         "extinction has colours, voxels glow, or their shell absorbs or emits besides: a step "
+         "adds all",
+         needs->voxels ? "nothing has extinction_color, absorption, emission or glow"
+         : no_shell    ? no_shell
+                       : "nothing has voxels");
     tell(report, "closed-form", needs->homogeneous,
          "homogeneous media are integrated without textures or steps",
          no_shell ? no_shell : "no medium is homogeneous");

@@ -34,6 +34,7 @@
 #include "renderer/path/variant.h"
 #include "renderer/prepare.h"
 #include "renderer/resolve.h"
+#include "renderer/tint.h"
 
 enum {
     MESH_CACHE_BYTES = 256 << 20,
@@ -400,6 +401,8 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         .objects = prepared.objects,
         .object_count = prepared.object_count,
         .occluded = plan.occluded,
+        .behind =
+            tint_wanted(prepared.objects, prepared.object_count) ? scene->image.background : NULL,
         .report = report,
         .clock = &clock,
     };

@@ -6,6 +6,7 @@
 #include "renderer/choice.h"
 #include "renderer/force.h"
 #include "renderer/path/footprint.h"
+#include "renderer/tint.h"
 
 void resolve_objects(struct scene *scene, const struct prepared *prepared) {
     for (size_t i = 0; i < scene->object_count; i++) {
@@ -44,6 +45,8 @@ enum status resolve_plan(const struct scene *asked, struct prepared *prepared,
     enum status status = choose_quality(prepared, err);
     if (status == STATUS_OK)
         status = plan_order(prepared->objects, prepared->object_count, may_walk, err);
+    if (status == STATUS_OK)
+        status = tint_check(scene, prepared->objects, prepared->object_count, err);
     if (status == STATUS_OK)
         status = footprint_choose_filters(prepared->objects, prepared->object_count, err);
     if (status != STATUS_OK)

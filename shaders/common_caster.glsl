@@ -39,6 +39,9 @@ void deposit(
         float tau = depth_scaled;
 #else
         float tau = texture(medium, way_at(way, i / steps)).a * depth_scaled;
+#if (VARIANT & FLAG_FILL) != 0
+        tau += frame[FRAME_FILL].w * depth_scaled;
+#endif
 #endif
         float s = s_in + (i - 0.5) * s_step;
         d0 += tau * share_of(0, s, over);

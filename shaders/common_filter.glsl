@@ -61,7 +61,7 @@ vec4 medium_at(vec3 q) {
     return texture(medium, q);
 }
 
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_STRANDS) == 0
 vec3 gradient_at(vec3 q) {
     return texture(medium_gradient, q).xyz;
 }
@@ -140,13 +140,6 @@ vec4 seen_at(sampler2DArray views, vec3 q, float first, float level) {
     float below = floor(z);
     return mix(textureLod(views, vec3(q.xy, first + below), level),
                textureLod(views, vec3(q.xy, first + min(below + 1.0, layers - 1.0)), level), z - below);
-}
-
-/* -log(1 - h): its series below 1/8 (the first term left out is h^7 / 8 < 1e-7 of the whole). */
-float depth_of(float h) {
-    float far = 1.0 / 4.0 + h * (1.0 / 5.0 + h * (1.0 / 6.0 + h / 7.0));
-    float series = h * (1.0 + h * (1.0 / 2.0 + h * (1.0 / 3.0 + h * far)));
-    return h < 0.125 ? series : -log(1.0 - h);
 }
 
 /* What is lost in a layer of what is left, as a medium. A layer that lets nothing through lets

@@ -29,6 +29,20 @@ vec3 place_in_step(float i, float steps, float tau) {
 #define place_in_step(i, steps, tau) vec3(0.0)
 #endif
 
+/* Strands (Kajiya & Kay 1989, section 5.1: a thin cylinder of Lambert's material): n is the tangent t,
+ * and the cosine gives way to sin(t, l), the highlight's to cos(theta_v - theta_r), with theta_r the angle
+ * to t of the cone onto which a cylinder reflects: that on the other side of its cross-section, so of
+ * -l. In their formula, (t.l t.v + sin(t, l) sin(t, v))^p, l so points the way that light travels;
+ * here it points toward the light, which is the minus below. What is left over is the mean of sin(t, l)
+ * over the sphere, pi / 4. Sines by cross products: 1 - cos^2 has no digits along a strand. */
+#if (VARIANT & FLAG_STRANDS) != 0
+#ifdef SLOTS
+bool by_strand = false; /* of the slot that is being shaded */
+#else
+const bool by_strand = true;
+#endif
+#endif
+
 /* `flat_n`: the normal of the surface itself, where n is interpolated. */
 vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material, vec3 place) {
     vec3 diffuse = vec3(0.0), gloss = vec3(0.0), even = vec3(0.0);
@@ -53,16 +67,27 @@ vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material
 #if (VARIANT & FLAGS_PLACE) != 0
         even += 0.25 * radiance;
 #endif
-        diffuse += radiance * max(0.0, dot(n, l));
+        float facing = max(0.0, dot(n, l));
+#if (VARIANT & FLAG_STRANDS) != 0
+        float along = dot(n, l), aside = length(cross(n, l));
+        facing = by_strand ? aside : facing;
+#endif
+        diffuse += radiance * facing;
 #if (VARIANT & FLAG_SPECULAR) != 0
         /* pow(0, 0) is undefined, and the half vector of opposite directions has no length. */
         vec3 h = l + v;
         float c = dot(n, h) * inversesqrt(max(dot(h, h), 1.0e-20));
+#if (VARIANT & FLAG_STRANDS) != 0
+        c = by_strand ? aside * length(cross(n, v)) - along * dot(n, v) : c;
+#endif
         gloss += c > 0.0 ? radiance * pow(max(c, 1.0e-20), material.y) : vec3(0.0);
 #endif
     } while (++i < min(count, LIGHTS_MAX));
 #if (VARIANT & FLAGS_PLACE) == 0
     even = frame[FRAME_LIGHT_SUM].rgb;
+#endif
+#if (VARIANT & FLAG_STRANDS) != 0
+    even *= by_strand ? 3.14159265 : 1.0;
 #endif
     return color * (frame[FRAME_AMBIENT].rgb + weight * diffuse + (1.0 - weight) * even) +
            weight * material.x * gloss;

@@ -1,14 +1,21 @@
 /* Light along a segment of a ray through voxels: dL/ds = -sigma L + sigma c, exact for a constant sigma
  * in each step (midpoint rule, second order). Dufort et al. 2005, section 4.3: their
- * alpha_i = 1 - (1 - alpha_t)^(dt |V|) is the same in terms of tau = -log(1 - alpha). */
+ * alpha_i = 1 - (1 - alpha_t)^(dt |V|) is the same in terms of tau = -log(1 - alpha).
+ *
+ * FLAG_FILL: dL/ds = -(sigma + A) L + sigma c + g sigma c_voxel + Q, the shell's absorption and emission and
+ * its voxels' glow (section 5.3: "light is added in the integral, resulting in a glow effect"), exact for
+ * constants as the rest is: a step of the length h adds h (sigma c + ...) mean_exp((sigma + A) h). And where
+ * extinction has colours, sigma and A are times a factor in each channel, in all terms but Q. */
 #include "common_math.glsl"
+#include "common_through.glsl"
 #include "common_prism.glsl"
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
+#include "common_strands.glsl"
 
 layout(binding = BINDING_MEDIUM) uniform sampler3D medium;
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_STRANDS) == 0
 layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
 #endif
 
@@ -18,11 +25,25 @@ layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
 /* What has been gathered, from the front: radiance, optical depth, what is let through; and whether
  * all of it was: llvmpipe lets all loops of an invocation turn 65,535 times together, and then ends
  * them without a word. */
+#if (VARIANT & FLAG_FILL) != 0
+#define CHANNELS vec3 /* of what is let through */
+#else
+#define CHANNELS float
+#endif
 struct Ray {
     vec3 color;
-    float tau, left;
+    CHANNELS tau, left;
     bool whole;
 };
+#define RAY_BEGINS Ray(vec3(0.0), CHANNELS(0.0), CHANNELS(1.0), true)
+
+float most_left(Ray ray) {
+#if (VARIANT & FLAG_FILL) != 0
+    return most_of(ray.left);
+#else
+    return ray.left;
+#endif
+}
 
 /* Along one segment; `span` is its length in object units, `v` points toward the viewer. */
 void march(inout Ray ray, inout Way way, float span, vec3 v) {
@@ -49,7 +70,14 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         vec4 m = medium_at(q); /* extinction-weighted colour, extinction */
         vec3 source = m.rgb / max(m.a, 1.0e-30);
         float tau_i = m.a * length_scaled;
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_FILL) != 0
+        tau_i += frame[FRAME_FILL].w * length_scaled;
+#endif
+#if (VARIANT & FLAG_STRANDS) != 0
+        float weight;
+        vec3 tangent = strand_at(way, q, weight);
+        source = lit(source, tangent, v, weight, IN_STEP(tau_i));
+#elif (VARIANT & FLAG_LIT) != 0
         vec3 gradient = gradient_at(q);
         float g = length(gradient);
         vec3 n = way_normal(way, gradient);
@@ -58,10 +86,18 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
 #elif (VARIANT & FLAG_AMBIENT) != 0
         source *= frame[FRAME_AMBIENT].rgb;
 #endif
+#if (VARIANT & FLAG_FILL) != 0
+        vec3 tint = frame[FRAME_GLOW].yzw, taus = tint * tau_i;
+        vec3 given = tint * (m.a * source + frame[FRAME_GLOW].x * m.rgb) + frame[FRAME_FILL].rgb;
+        ray.color += ray.left * length_scaled * mean_exp(taus) * given;
+        ray.left -= ray.left * one_minus_exp(taus);
+        ray.tau += taus;
+#else
         float lost = ray.left * one_minus_exp(tau_i);
         ray.color += lost * source;
         ray.left -= lost;
         ray.tau += tau_i;
+#endif
 #if (VARIANT & FLAG_LEAP) != 0
     } while ((at += on) < 1.0);
     ray.whole = ray.whole && at >= 1.0;

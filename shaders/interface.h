@@ -8,7 +8,9 @@
  * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
  * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
  * by clipping; footprints are found by the prisms' own map, and are a medium's; shadows and point
- * lights need light, and beside a point light there are both kinds of shadow or none. The checks
+ * lights need light, and beside a point light there are both kinds of shadow or none; strands are a
+ * lit medium's, and not filtered (joint walks may hold other media that are); what fills a shell
+ * besides its material is a medium. The checks
  * compile of the variants for which this holds those of tests/tools/variant_cover.h, and
  * gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
@@ -30,7 +32,10 @@
      (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
      (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
      (((v)&FLAG_DDA) == 0 || ((v)&FLAG_LEAP) != 0) &&                                              \
-     (((v)&FLAG_OPEN) == 0 || ((v)&FLAG_EXACT) != 0))
+     (((v)&FLAG_OPEN) == 0 || ((v)&FLAG_EXACT) != 0) &&                                            \
+     (((v)&FLAG_FILL) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
+     (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0 &&                  \
+                                  (((v)&FLAG_FILTER) == 0 || ((known)&FLAGS_CONTENT) == 0))))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */
@@ -59,6 +64,11 @@
 #define FLAG_SHADOW_OPAQUE 0x10000 /* a light throws shadows of opaque things */
 #define FLAG_SHADOW_MEDIA  0x20000 /* a light throws shadows of media */
 #define FLAG_POINT         0x40000 /* a light stands at a point */
+
+#define FLAG_STRANDS 0x80000 /* a medium is lit by its strands, not by normals */
+
+#define FLAG_FILL                                                                                  \
+    0x400000 /* voxels glow, their shell absorbs or emits, or extinction has colours */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */
@@ -90,7 +100,9 @@
 #define FRAME_LIGHT_DIR   22 /* LIGHTS_MAX unit vectors toward the lights */
 #define FRAME_LIGHT_COLOR 30
 #define FRAME_LOW         38 /* what fp32 leaves off O0 to DV, then off X_ROW to H_ROW */
-#define FRAME_VEC4S       47
+#define FRAME_FILL        47 /* what fills the shell, times its thickness: emission, absorption */
+#define FRAME_GLOW        48 /* x: a voxel's own radiance, as a multiple of its colour; yzw: tint */
+#define FRAME_VEC4S       49
 
 #define BINDING_FRAME           0
 #define BINDING_CELLS           0 /* samplerBuffer: tetrahedra, shell.h */
@@ -153,6 +165,9 @@
 #define VIEW_SLANTS           3
 #define VIEW_COS2_1           0.5 /* the slants' squared cosines to w; of the first, 1 */
 #define VIEW_COS2_2           0.125
+
+#define BINDING_STRANDS 31   /* of no slot: there they stand in for the gradients */
+#define TILE_DEPTH      0.25 /* of a tile, in its widths: VOLUME_TILE_DEPTH of volume.h */
 
 #define BINDING_COUNT 0 /* shader storage: sums of fetches; any of them takes a fragment's */
 #define COUNT_SLOTS   64

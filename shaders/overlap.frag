@@ -27,6 +27,7 @@
 #include "common_frame.glsl"
 #include "common_sample.glsl"
 #include "common_math.glsl"
+#include "common_through.glsl"
 #include "common_walk.glsl"
 #if (VARIANT & FLAG_EXACT) != 0
 #include "common_prism.glsl"
@@ -35,11 +36,12 @@
 #if (VARIANT & FLAG_LIT) != 0
 #include "common_light.glsl"
 #endif
+#include "common_strands.glsl"
 
 layout(binding = BINDING_ENTRIES) uniform usamplerBuffer entries; /* ENTRY_*: link, t */
 layout(binding = BINDING_SLOT_MEDIUM) uniform sampler3D medium[SLOTS];
 #if (VARIANT & FLAG_LIT) != 0
-layout(binding = BINDING_SLOT_GRADIENT) uniform sampler3D medium_gradient[SLOTS];
+layout(binding = BINDING_SLOT_GRADIENT) uniform sampler3D medium_gradient[SLOTS]; /* SLOT_STRANDS: strands */
 #endif
 
 layout(location = 0) uniform int starts; /* entries, from 0 on, that every ray begins with */
@@ -51,9 +53,18 @@ layout(location = 4) uniform uvec3 slot[SLOTS];
 #define SLOT_LIT 1u
 #define SLOT_EXACT 2u
 #define SLOT_MIPS 4u
+#define SLOT_STRANDS 8u
 
 layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
-layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
+layout(location = 0, index = 1) out vec4 through; /* transmittance, the blend factor */
+
+#if (VARIANT & FLAG_FILL) != 0
+#define CHANNELS vec3 /* of what is let through */
+#define MOST(x) most_of(x)
+#else
+#define CHANNELS float
+#define MOST(x) (x)
+#endif
 
 #define IDLE 1.0e38 /* t_out of a slot that walks through nothing */
 
@@ -137,7 +148,8 @@ void main() {
 
     int entry = starts > 0 ? 0 : first;
     int visit = 0;
-    float t = -1.0, tau = 0.0, left = 1.0;
+    float t = -1.0;
+    CHANNELS tau = CHANNELS(0.0), left = CHANNELS(1.0);
     vec3 color = vec3(0.0);
     bool more;
     do {
@@ -164,16 +176,32 @@ void main() {
         float span = max(t_end - t, 0.0);
         float steps = clamp(ceil(span * fineness), 1.0, limit.x), i = 0.5;
         do {
-            float at = t + span * (i / steps), sigma = 0.0;
+            float at = t + span * (i / steps);
+            CHANNELS sigma = CHANNELS(0.0);
             vec3 emitted = vec3(0.0);
+#if (VARIANT & FLAG_STRANDS) != 0
+#define STRAND(k)                                                                                  \
+    by_strand = (slot[k].z & SLOT_STRANDS) != 0u;                                                  \
+    float strand_weight;                                                                           \
+    vec3 strand = strand_tangent(                                                                  \
+        around, world_normal(s[k].normal[0], k * FRAME_VEC4S),                                     \
+        world_normal(s[k].normal[1], k * FRAME_VEC4S),                                             \
+        world_normal(s[k].normal[2], k * FRAME_VEC4S), strand_weight);                             \
+    n = by_strand ? strand : n;                                                                    \
+    weight = by_strand ? strand_weight : weight;
+#else
+#define STRAND(k)
+#endif
 #if (VARIANT & FLAG_LIT) != 0
 #define LIGHT(k)                                                                                   \
-    vec3 gradient = READ(medium_gradient, k).xyz;                                              \
-    float g = length(gradient);                                                                    \
+    vec4 around = READ(medium_gradient, k);                                                        \
+    vec3 gradient = around.xyz;                                                                    \
+    float g = length(gradient), weight = g / (g + 0.01);                                           \
     vec3 n = world_normal(s[k].normal * (gradient * frame[k * FRAME_VEC4S + FRAME_SIZE].xyz),      \
                           k * FRAME_VEC4S);                                                        \
     n *= inversesqrt(max(dot(n, n), 1.0e-37));                                                     \
-    vec3 shaded = lit_by(m.rgb / max(m.a, 1.0e-30), n, n, v, g / (g + 0.01),                       \
+    STRAND(k)                                                                                      \
+    vec3 shaded = lit_by(m.rgb / max(m.a, 1.0e-30), n, n, v, weight,                               \
                          frame[k * FRAME_VEC4S + FRAME_MATERIAL].xy, place_at(at)) *               \
                   m.a;                                                                             \
     m.rgb = (slot[k].z & SLOT_LIT) != 0u ? shaded : m.rgb;
@@ -187,20 +215,33 @@ void main() {
 #else
 #define PLACE(k, dt) s[k].q + dt * s[k].dq
 #endif
+#if (VARIANT & FLAG_FILL) != 0
+#define FILL(k)                                                                                    \
+    vec4 glow = frame[k * FRAME_VEC4S + FRAME_GLOW], fill = frame[k * FRAME_VEC4S + FRAME_FILL];   \
+    m.rgb = glow.yzw * (m.rgb + glow.x * own) + fill.rgb;                                          \
+    vec3 taken = glow.yzw * (m.a + fill.w);
+#else
+#define FILL(k) float taken = m.a;
+#endif
 #define SAMPLE(k)                                                                                  \
     {                                                                                              \
         float dt = at - s[k].t_in;                                                                 \
         vec3 q = PLACE(k, dt);                                                                     \
         vec4 m = READ(medium, k);                                                                  \
+        vec3 own = m.rgb;                                                                          \
         LIGHT(k)                                                                                   \
+        FILL(k)                                                                                    \
         float density = s[k].t_out < IDLE ? s[k].density : 0.0;                                    \
-        sigma += density * m.a;                                                                    \
+        sigma += density * taken;                                                                  \
         emitted += density * m.rgb;                                                                \
     }
             EACH_SLOT(SAMPLE)
-            float tau_i = sigma * (span / steps);
-            float lost = left * one_minus_exp(tau_i);
+            CHANNELS tau_i = sigma * (span / steps), lost = left * one_minus_exp(tau_i);
+#if (VARIANT & FLAG_FILL) != 0
+            color += left * (span / steps) * mean_exp(tau_i) * emitted;
+#else
             color += lost * (emitted / max(sigma, 1.0e-30));
+#endif
             left -= lost;
             tau += tau_i;
         } while ((i += 1.0) < steps);
@@ -282,11 +323,10 @@ void main() {
         more = entry < starts || entry < last;
 #define WALKING(k) more = more || s[k].t_out < IDLE;
         EACH_SLOT(WALKING)
-        more = more && t < t_stop && left >= limit.y && k_next >= 0;
+        more = more && t < t_stop && MOST(left) >= limit.y && k_next >= 0;
     } while (more && ++visit < visits);
 
-    picture = vec4(color, tau);
-    through = vec4(exp(-tau));
+    show(color, tau, picture, through);
     /* A ray that has seen too many cells is no picture: told as such (renderer/render.c). */
     picture = visit < visits ? picture : vec4(uintBitsToFloat(0x7fc00000u));
 }

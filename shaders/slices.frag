@@ -10,6 +10,7 @@
 #include "common_solid.glsl"
 #else
 #include "common_math.glsl"
+#include "common_through.glsl"
 #endif
 
 layout(location = 0) uniform float spacing; /* of the planes, in ray parameters */
@@ -26,7 +27,7 @@ flat in mat3 to_world;
 /* rgb: radiance, premultiplied; a: optical depth. */
 layout(location = 0, index = 0) out vec4 picture;
 #if (VARIANT & FLAG_SOLID) == 0
-layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
+layout(location = 0, index = 1) out vec4 through; /* transmittance, the blend factor */
 #endif
 
 void main() {
@@ -50,14 +51,11 @@ void main() {
     place_on = vec3(0.0);
 #endif
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
-    float tau = frame[FRAME_CONSTANT].w * span;
-    picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
-    through = vec4(exp(-tau));
+    show_homogeneous(span, picture, through);
 #elif (VARIANT & FLAG_MEDIUM) != 0
-    Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
+    Ray ray = RAY_BEGINS;
     march(ray, way, span, v);
-    picture = vec4(ray.color, ray.tau);
-    through = vec4(exp(-ray.tau));
+    show(ray.color, ray.tau, picture, through);
 #else
     vec3 q = way_at(way, 0.0);
     if (texture(solid, q).a < 0.5)

@@ -25,6 +25,7 @@
 #include "common_solid.glsl"
 #else
 #include "common_math.glsl"
+#include "common_through.glsl"
 #endif
 
 layout(binding = BINDING_CELLS) uniform samplerBuffer cells;
@@ -50,7 +51,7 @@ flat in vec2 slab; /* where it begins and ends: depths, the shell's centre being
 layout(location = 0, index = 0) out vec4 picture;
 #endif
 #if (VARIANT & FLAG_SOLID) == 0 && !defined(CASTER)
-layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
+layout(location = 0, index = 1) out vec4 through; /* transmittance, the blend factor */
 #endif
 
 struct Tetra {
@@ -191,9 +192,7 @@ void main() {
 #elif defined(CASTER) && (VARIANT & FLAG_HOMOGENEOUS) != 0
     deposit(span, float(t0 + begin), float(end - begin));
 #elif (VARIANT & FLAG_HOMOGENEOUS) != 0
-    float tau = frame[FRAME_CONSTANT].w * span;
-    picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
-    through = vec4(exp(-tau));
+    show_homogeneous(span, picture, through);
 #else
 #if (VARIANT & FLAG_LIT) != 0
     vec3 v = view_vector(p);
@@ -240,10 +239,9 @@ void main() {
 #if defined(CASTER) && (VARIANT & FLAG_MEDIUM) != 0
     deposit(way, span, float(t0 + begin), float(end - begin));
 #elif (VARIANT & FLAG_MEDIUM) != 0
-    Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
+    Ray ray = RAY_BEGINS;
     march(ray, way, span, v);
-    picture = vec4(ray.color, ray.tau);
-    through = vec4(exp(-ray.tau));
+    show(ray.color, ray.tau, picture, through);
 #endif
 
 #if (VARIANT & FLAG_SOLID) != 0

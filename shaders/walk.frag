@@ -11,6 +11,7 @@
 #include "common_real.glsl"
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
 #include "common_math.glsl"
+#include "common_through.glsl"
 #elif (VARIANT & FLAG_SOLID) != 0
 #include "common_solid.glsl"
 #else
@@ -31,7 +32,7 @@ layout(location = 2) uniform int visits;  /* most cells that a ray may see */
 
 layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
 #if (VARIANT & FLAG_SOLID) == 0
-layout(location = 0, index = 1) out vec4 through; /* a: transmittance, the blend factor */
+layout(location = 0, index = 1) out vec4 through; /* transmittance, the blend factor */
 #endif
 
 void leave(uint face, REAL a, REAL b, bool entered, inout REAL t_out, inout uint next_face) {
@@ -67,7 +68,7 @@ void main() {
     vec3 q_found = vec3(0.0), cut = vec3(0.0);
     mat3 to_world_found = mat3(0.0);
 #else
-    Ray ray = Ray(vec3(0.0), 0.0, 1.0, true);
+    Ray ray = RAY_BEGINS;
 #endif
 
     bool has_base = frame[FRAME_STEP].w != 0.0;
@@ -209,7 +210,7 @@ void main() {
 #endif
         march(ray, way, span, v);
         bool finished = t_out >= t_stop - near || at_base || leaves_by_base ||
-                        ray.left < frame[FRAME_SCREEN].z;
+                        most_left(ray) < frame[FRAME_SCREEN].z;
 #endif
 #endif
         t = t_out + near;
@@ -220,9 +221,7 @@ void main() {
     } while (!complete && ++visit < visits);
 
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
-    float tau = frame[FRAME_CONSTANT].w * total;
-    picture = vec4(frame[FRAME_CONSTANT].rgb * one_minus_exp(tau), tau);
-    through = vec4(exp(-tau));
+    show_homogeneous(total, picture, through);
 #elif (VARIANT & FLAG_SOLID) != 0
     complete = complete && whole;
     if (!found && complete)
@@ -233,8 +232,7 @@ void main() {
     picture = vec4(shade_solid(q_found, 0.0, to_world_found, v, at_boundary, cut), OPAQUE_DEPTH);
     gl_FragDepth = float(DEPTH_OF_T(t, frame[FRAME_O0].w));
 #else
-    picture = vec4(ray.color, ray.tau);
-    through = vec4(exp(-ray.tau));
+    show(ray.color, ray.tau, picture, through);
     complete = complete && ray.whole;
 #endif
     /* A ray that has seen too many cells, or whose loops the driver has ended (common_medium.glsl), is

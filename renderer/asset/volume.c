@@ -61,6 +61,7 @@ static void link_newest(struct volume_cache *cache, struct entry *entry) {
 static void free_voxels(struct voxels *voxels) {
     free(voxels->made.medium);
     free(voxels->made.solid);
+    free(voxels->made.strands);
     free(voxels);
 }
 
@@ -205,7 +206,7 @@ static enum status content_key(const struct scene_material *spec, double thickne
                                struct error *err) {
     struct {
         int32_t kind, builtin, size[3];
-        uint32_t seed, has_color, mesh_kind;
+        uint32_t seed, has_color, mesh_kind, strands;
         double extinction, color[3], thickness, growth, phase;
         double mesh_size[2], mesh_radius, mesh_tube, mesh_height;
         int32_t mesh_divisions[2];
@@ -226,6 +227,7 @@ static enum status content_key(const struct scene_material *spec, double thickne
     text.growth = spec->has_growth ? spec->growth : 1;
     text.phase = spec->phase - floor(spec->phase);
     text.has_color = spec->has_color;
+    text.strands = builtin && volume_wants_strands(spec);
     if (spec->has_color || homogeneous)
         memcpy(text.color, spec->color, sizeof text.color);
     text.thickness = spec->kind == SCENE_MATERIAL_VOLUME ? thickness : 0.0;
@@ -286,19 +288,33 @@ static enum status make_voxels(const struct scene_material *spec, double thickne
                                   volume->size[0], volume->size[1], volume->size[2]);
     size_t count = (size_t)volume->size[0] * (size_t)volume->size[1] * (size_t)volume->size[2];
     volume->bytes = sizeof(struct entry) + sizeof(struct voxels);
-    volume->bytes += ((volume->medium != NULL) + (volume->solid != NULL)) * count * 16;
+    volume->bytes +=
+        ((volume->medium != NULL) + (volume->solid != NULL) + (volume->strands != NULL)) * count *
+        16;
     return STATUS_OK;
 }
 
-/* How the voxels are lit. A homogeneous medium has no gradient: its colour is its radiance. */
+/* How the voxels are lit, and what fills the shell besides. A homogeneous medium has no gradient:
+ * its colour is its radiance. */
 static void set_light(struct volume *volume, const struct scene_material *spec) {
     volume->lit = spec->lit && !volume->homogeneous;
+    volume->strand_lit = volume->lit && volume->medium && spec->shading == SCENE_SHADING_KAJIYA_KAY;
+    volume->absorption = spec->absorption;
+    memcpy(volume->emission, spec->emission, sizeof volume->emission);
+    volume->glow = spec->glow;
+    /* Only what holds a medium has the member. */
+    for (int i = 0; i < 3; i++)
+        volume->tint[i] = volume->homogeneous || volume->medium ? spec->extinction_color[i] : 1;
     volume->specular = volume->lit ? (float)spec->specular : 0.0f;
     volume->shininess = volume->lit ? (float)spec->shininess : 0.0f;
 }
 
 static bool same_light(const struct volume *a, const struct volume *b) {
-    return a->lit == b->lit && a->specular == b->specular && a->shininess == b->shininess;
+    bool filled_alike = a->absorption == b->absorption && a->glow == b->glow;
+    for (int i = 0; i < 3; i++)
+        filled_alike &= a->emission[i] == b->emission[i] && a->tint[i] == b->tint[i];
+    return filled_alike && a->lit == b->lit && a->strand_lit == b->strand_lit &&
+           a->specular == b->specular && a->shininess == b->shininess;
 }
 
 enum status volume_acquire(struct volume_cache *cache, const struct scene_material *spec,

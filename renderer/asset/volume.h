@@ -12,6 +12,9 @@
 #include "api/scene.h"
 #include "renderer/asset/source.h"
 
+/* Depth of a tile in its widths, in which the built-in materials are designed. */
+#define VOLUME_TILE_DEPTH 0.25
+
 struct volume {
     int size[3]; /* voxels; {1, 1, 1} for homogeneous */
 
@@ -34,17 +37,39 @@ struct volume {
      * s >= 1/2 hold no extinction in `medium`. */
     float *solid;
 
+    /* NULL unless the medium is lit by strands (`strand_lit`) whose directions the material knows;
+     * where it does not, they run along w. Per voxel 4 floats: the mean of the strands' unit
+     * tangents, weighted by extinction, times that extinction; then the extinction, as in `medium`.
+     * Tangents are in tile widths, of a tile 1 x 1 x VOLUME_TILE_DEPTH, and point up. */
+    float *strands;
+
     /* What was not as it should be in what it was made from; volume_warn() tells. */
     struct volume_notes {
         uint64_t negative, huge; /* values brought into range */
         uint64_t open_edges;     /* of a tile's mesh: its triangles are sheets */
     } notes;
 
-    bool lit;
+    /* What fills the shell besides, evenly: extinction without source per object unit, radiance per
+     * object unit; and the radiance of a voxel's own, as a multiple of its colour. */
+    double absorption, emission[3], glow;
+    double tint[3]; /* factors of all extinction, 0 to 1 */
+
+    bool lit, strand_lit; /* the latter only where `lit`, and there is a medium */
     float specular, shininess;
     size_t bytes;
     int references;
 };
+
+/* Whether `medium` is not all that a ray meets in the shell. */
+static inline bool volume_is_filled(const struct volume *volume) {
+    return volume->absorption > 0 || volume->glow > 0 || volume->emission[0] > 0 ||
+           volume->emission[1] > 0 || volume->emission[2] > 0;
+}
+
+/* Whether extinction has colours. */
+static inline bool volume_is_tinted(const struct volume *volume) {
+    return volume->tint[0] != 1 || volume->tint[1] != 1 || volume->tint[2] != 1;
+}
 
 /* Keyed by the material's members and its images' SHA-256; least recently used goes first, volumes
  * in use stay. One cache belongs to one thread. */

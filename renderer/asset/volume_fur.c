@@ -10,8 +10,11 @@
  *
  * Hair that has not grown all the way is the same hair, smaller: its tip is nearer to the root.
  *
- * Left out: a lighting model for hair (the renderer lights media by their gradient), and curls that
- * turn back down (a hair is a function of w). */
+ * Where the fur is lit by its strands, each voxel also keeps the mean direction of its hairs,
+ * weighted by what they add to its extinction. All rise, so directions do not cancel but where
+ * hairs cross.
+ *
+ * Left out: curls that turn back down (a hair is a function of w). */
 #include <math.h>
 #include <stddef.h>
 
@@ -119,10 +122,21 @@ static struct hair make_hair(const struct scene_material *spec, uint32_t index) 
     return hair;
 }
 
-/* Adds the piece of a hair between a and b (in tile widths) to one layer. `share` is how much of
- * the layer's height the piece spans, `density` the extinction inside the hair. */
-static void splat_capsule(float *layer, const int size[3], const float a[2], const float b[2],
-                          float radius, float share, float density, const float color[3]) {
+/* The piece of a hair within one layer. */
+struct piece {
+    float a[2], b[2]; /* tile widths */
+    float radius;
+    float share;   /* how much of the layer's height it spans */
+    float density; /* the extinction inside the hair */
+    float color[3];
+    float tangent[3]; /* unit, tile widths */
+};
+
+/* Adds a piece to its layer of `medium` and, if not NULL, of `strands`. */
+static void splat_piece(float *layer, float *strands, const int size[3],
+                        const struct piece *piece) {
+    const float *a = piece->a, *b = piece->b, *color = piece->color;
+    float radius = piece->radius, share = piece->share, density = piece->density;
     /* A hair thinner than a voxel is spread over the voxel and thinned out in proportion. */
     float cell[2] = {1.0f / (float)size[0], 1.0f / (float)size[1]};
     float wide[2] = {fmaxf(radius, 0.6f * cell[0]), fmaxf(radius, 0.6f * cell[1])};
@@ -159,6 +173,13 @@ static void splat_capsule(float *layer, const int size[3], const float a[2], con
             float cover = (outer - sqrtf(d2)) * per_soft;
             float extinction = cover < 1.0f ? amount * cover : amount;
             float *voxel = row + (size_t)column * 4;
+            if (strands) {
+                float *strand = strands + (voxel - layer);
+                strand[0] += extinction * piece->tangent[0];
+                strand[1] += extinction * piece->tangent[1];
+                strand[2] += extinction * piece->tangent[2];
+                strand[3] += extinction;
+            }
             voxel[0] += extinction * color[0];
             voxel[1] += extinction * color[1];
             voxel[2] += extinction * color[2];
@@ -167,32 +188,45 @@ static void splat_capsule(float *layer, const int size[3], const float a[2], con
     }
 }
 
-static void splat_hair(float *medium, const int size[3], const struct hair *hair) {
+static void set_tangent(struct piece *piece, float rise) {
+    float t[3] = {piece->b[0] - piece->a[0], piece->b[1] - piece->a[1], rise};
+    float length = sqrtf(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
+    for (int i = 0; i < 3; i++)
+        piece->tangent[i] = length > 0.0f ? t[i] / length : 0.0f;
+}
+
+static void splat_hair(struct volume *volume, const struct hair *hair) {
+    const int *size = volume->size;
     size_t layer_floats = (size_t)size[0] * (size_t)size[1] * 4;
     float depth = (float)size[2];
     for (int z = 0; z < size[2] && (float)z < hair->length * depth; z++) {
         float low = (float)z / (depth * hair->length);
         float high = fminf(((float)z + 1.0f) / (depth * hair->length), 1.0f);
         float t = 0.5f * (low + high);
-        float a[2], b[2], color[3];
-        hair_at(hair, low, a);
-        hair_at(hair, high, b);
+        struct piece piece = {.share = (high - low) * hair->length * depth};
+        hair_at(hair, low, piece.a);
+        hair_at(hair, high, piece.b);
         for (int i = 0; i < 3; i++)
-            color[i] = hair->root_color[i] + (hair->tip_color[i] - hair->root_color[i]) * t;
-        float radius = RADIUS_ROOT + (RADIUS_TIP - RADIUS_ROOT) * t * t;
-        float density = EXTINCTION_ROOT + (EXTINCTION_TIP - EXTINCTION_ROOT) * t;
-        splat_capsule(medium + (size_t)z * layer_floats, size, a, b, radius,
-                      (high - low) * hair->length * depth, density, color);
+            piece.color[i] = hair->root_color[i] + (hair->tip_color[i] - hair->root_color[i]) * t;
+        piece.radius = RADIUS_ROOT + (RADIUS_TIP - RADIUS_ROOT) * t * t;
+        piece.density = EXTINCTION_ROOT + (EXTINCTION_TIP - EXTINCTION_ROOT) * t;
+        if (volume->strands)
+            set_tangent(&piece, (high - low) * hair->length * (float)VOLUME_TILE_DEPTH);
+        splat_piece(volume->medium + (size_t)z * layer_floats,
+                    volume->strands ? volume->strands + (size_t)z * layer_floats : NULL, size,
+                    &piece);
     }
 }
 
 enum status volume_make_fur(const struct scene_material *spec, struct volume *volume) {
     volume->medium = volume_alloc_voxels(volume->size);
-    if (!volume->medium)
+    if (volume_wants_strands(spec))
+        volume->strands = volume_alloc_voxels(volume->size);
+    if (!volume->medium || (volume_wants_strands(spec) && !volume->strands))
         return STATUS_OUT_OF_MEMORY;
     for (uint32_t i = 0; i < HAIRS_SIDE * HAIRS_SIDE; i++) {
         struct hair hair = make_hair(spec, i);
-        splat_hair(volume->medium, volume->size, &hair);
+        splat_hair(volume, &hair);
     }
     volume->medium_max = volume_medium_max(volume->medium, volume->size);
     return STATUS_OK;

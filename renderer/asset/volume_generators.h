@@ -1,6 +1,7 @@
 /* What makes the voxels of each material; called by volume.c alone. Each function fills `medium` or
- * `solid` (allocated here, freed by volume.c) and `medium_max` of a zeroed volume whose `size` is
- * set and within the limits, and leaves the rest alone.
+ * `solid`, and `strands` where volume_wants_strands() (allocated here, freed by volume.c) and
+ * `medium_max` of a zeroed volume whose `size` is set and within the limits, and leaves the rest
+ * alone.
  *
  * The design space of all built-in materials: a tile is 1 wide along u, 1 along v and
  * VOLUME_TILE_DEPTH deep along w, so that 128 x 128 x 32 voxels are cubes. Where a scene's `tiles`
@@ -13,12 +14,16 @@
 #include "renderer/asset/source.h"
 #include "renderer/asset/volume.h"
 
-#define VOLUME_TILE_DEPTH 0.25
-
 enum { VOLUME_SIDE_MAX = 512, VOLUME_DEPTH_MAX = 64 };
 
 /* Zeroed voxels of 4 floats each, for a size within the limits; NULL where memory ran out. */
 float *volume_alloc_voxels(const int size[3]);
+
+/* Whether a maker that knows its strands is to fill `strands`: nobody else asks for them. */
+static inline bool volume_wants_strands(const struct scene_material *spec) {
+    return spec->builtin == SCENE_BUILTIN_FUR && spec->lit &&
+           spec->shading == SCENE_SHADING_KAJIYA_KAY;
+}
 
 /* The largest extinction of a medium. */
 float volume_medium_max(const float *medium, const int size[3]);

@@ -14,6 +14,10 @@
 #include "renderer/bake/pyramid.h"
 #include "renderer/bake/view_pyramid.h"
 #include "renderer/gl/context.h"
+#include "shaders/interface.h"
+
+/* The shaders take tangents from a tile as deep as the generators think it is. */
+_Static_assert((int)(1024 * (TILE_DEPTH - VOLUME_TILE_DEPTH)) == 0, "a tile's depth");
 
 struct entry {
     struct baked baked; /* first: what is handed out */
@@ -53,10 +57,10 @@ static void free_entry(struct bake_cache *cache, struct entry *entry) {
     cache->bytes -= entry->bytes;
     const struct baked *b = &entry->baked;
     /* Names of 0 are ignored by the GL. */
-    glDeleteTextures(11, (const GLuint[]){b->medium, b->solid, b->medium_gradient,
+    glDeleteTextures(12, (const GLuint[]){b->medium, b->solid, b->medium_gradient,
                                           b->solid_gradient, b->medium_mips, b->gradient_mips,
                                           b->medium_views, b->gradient_views, b->left_views,
-                                          b->medium_leap, b->solid_leap});
+                                          b->medium_leap, b->solid_leap, b->strands});
     free(entry);
 }
 
@@ -185,6 +189,17 @@ static enum status add_leaps(struct work *work, enum bake_field field, GLuint *t
     return gl_check("uploading empty space", work->err);
 }
 
+static enum status add_strands(struct work *work, GLuint *texture) {
+    static const float upright[4] = {0, 0, 1, 1};
+    if (work->volume->strands)
+        return add_voxels(work, work->volume->strands, texture);
+    if (*texture)
+        return STATUS_OK;
+    enter_stage(work, REPORT_STAGE_upload);
+    work->uploaded += sizeof upright;
+    return upload((const int[3]){1, 1, 1}, GL_RGBA32F, GL_FLOAT, upright, texture, work->err);
+}
+
 /* The medium with all its levels, and their gradients where they are wanted. */
 static enum status add_mips(struct work *work, bool lit) {
     struct baked *baked = &work->entry->baked;
@@ -276,7 +291,10 @@ static enum status add_textures(struct work *work, bool lit, const struct bake_f
         status = add_views(work, lit, filter->aspect);
     if (status == STATUS_OK)
         status = add_voxels(work, work->volume->solid, &baked->solid);
-    if (status == STATUS_OK && lit && !filtered)
+    bool by_strands = lit && work->volume->strand_lit;
+    if (status == STATUS_OK && by_strands)
+        status = add_strands(work, &baked->strands);
+    if (status == STATUS_OK && lit && !filtered && !by_strands)
         status = add_gradient(work, BAKE_FIELD_MEDIUM, &baked->medium_gradient);
     if (status == STATUS_OK && lit)
         status = add_gradient(work, BAKE_FIELD_SOLID, &baked->solid_gradient);

@@ -26,6 +26,10 @@ struct baked {
      * 0 until the material is asked for as lit. */
     GLuint medium_gradient, solid_gradient;
 
+    /* RGBA32F, struct volume's `strands`, or one texel, (0, 0, 1, 1), where it has none: strands
+     * along w. Stands in for `medium_gradient` where the medium is lit by strands, else 0. */
+    GLuint strands;
+
     /* `medium` and `medium_gradient` with all their mip levels (pyramid.h),
      * GL_LINEAR_MIPMAP_LINEAR; 0 until the material is asked for with the filter `mip`. */
     GLuint medium_mips, gradient_mips;

@@ -4,13 +4,17 @@
 #include "renderer/gl/context.h"
 #include "shaders/interface.h"
 
-void gl_target_begin(const struct gl_target *target) {
-    static const float nothing[4] = {0, 0, 0, 0}, far_away = 0;
+void gl_target_begin(struct gl_target *target, const double background[4]) {
+    static const float far_away = 0;
+    float color[4] = {0, 0, 0, 0}; /* an optical depth of 0, whatever the background's alpha */
+    for (int i = 0; i < 3 && background; i++)
+        color[i] = (float)(background[i] * background[3]);
+    target->over_background = background != NULL;
     /* Depths reach the buffer as the shaders give them, in [0, 1]. */
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
     glViewport(0, 0, target->width, target->height);
-    glClearNamedFramebufferfv(target->framebuffer, GL_COLOR, 0, nothing);
+    glClearNamedFramebufferfv(target->framebuffer, GL_COLOR, 0, color);
     if (target->depth) {
         glDepthMask(GL_TRUE);
         glClearNamedFramebufferfv(target->framebuffer, GL_DEPTH, 0, &far_away);
@@ -29,6 +33,8 @@ static enum status resolve(struct gl_programs *programs, const struct gl_target 
     float premultiplied[4];
     for (int i = 0; i < 4; i++)
         premultiplied[i] = (float)(background[i] * (i < 3 ? background[3] : 1));
+    for (int i = 0; i < 3 && samples->over_background; i++)
+        premultiplied[i] = 0; /* its light is there */
     glBindFramebuffer(GL_FRAMEBUFFER, picture->framebuffer);
     glViewport(0, 0, picture->width, picture->height);
     glDisable(GL_DEPTH_TEST);

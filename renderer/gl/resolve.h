@@ -8,9 +8,10 @@
 #include "renderer/gl/program.h"
 #include "renderer/gl/target.h"
 
-/* What of a target is emptied before drawing: colour to nothing, depth to infinitely far (0). Makes
- * it the target of what follows, over its whole size. */
-void gl_target_begin(const struct gl_target *target);
+/* What of a target is emptied before drawing: colour to nothing, or to a background (straight
+ * linear RGBA) where that is not NULL; depth to infinitely far (0). Makes it the target of what
+ * follows, over its whole size. */
+void gl_target_begin(struct gl_target *target, const double background[4]);
 
 /* Draws `samples` (radiance and optical depth, k x k for each pixel) into `picture`, whose size
  * times k is that of `samples`. `background`: straight linear RGBA. *compiled as in

@@ -3,6 +3,7 @@
 #define PELT_RENDERER_GL_TARGET_H
 
 #include <glad/gl.h>
+#include <stdbool.h>
 
 #include "api/status.h"
 
@@ -11,6 +12,7 @@
 struct gl_target {
     int width, height;
     GLuint framebuffer, color, depth; /* depth 0: none */
+    bool over_background;             /* drawn over it, not yet to be laid over it (resolve.h) */
 };
 
 /* Makes the target this size, allocating only if it differs. STATUS_OUT_OF_MEMORY,

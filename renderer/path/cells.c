@@ -306,7 +306,7 @@ void cell_pass_begin_media(const struct picture *picture) {
     }
     glEnable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
-    glBlendFuncSeparate(GL_ONE, GL_SRC1_ALPHA, GL_ONE, GL_ONE);
+    glBlendFuncSeparate(GL_ONE, picture->behind ? GL_SRC1_COLOR : GL_SRC1_ALPHA, GL_ONE, GL_ONE);
 }
 
 void cell_pass_end_media(void) {

@@ -114,6 +114,8 @@ enum status footprint_choose_filters(struct path_object *objects, size_t count, 
             return refuse(object, "footprints are found by the prisms' own map", err);
         if (object->volume->homogeneous || !volume_has_medium(object->volume))
             continue;
+        if (object->volume->strand_lit)
+            return refuse(object, "strands of `shading` `kajiya-kay` are read as they are", err);
         if (asked == SCENE_FILTER_VIEW && object->walk && !alone(objects, count))
             return refuse(
                 object,

@@ -85,6 +85,28 @@ int frame_steps_max(const struct path_object *object) {
     return (int)fmin(steps, PATH_STEPS_MAX);
 }
 
+double path_object_constant(const struct path_object *object, double radiance[3]) {
+    const struct volume *volume = object->volume;
+    const struct shell *shell = object->shell;
+    if (!volume_is_filled(volume)) {
+        memcpy(radiance, volume->radiance, sizeof volume->radiance);
+        return volume->extinction;
+    }
+    double extinction = volume->extinction + volume->absorption, diagonal = 0;
+    for (int i = 0; i < 3; i++)
+        diagonal = hypot(diagonal, shell->bounds_max[i] - shell->bounds_min[i]);
+    /* Light that is added where nothing is lost is no multiple of what is lost: so that much is
+     * lost as fp32 does not see, 1e-9 across the whole of the shell. */
+    if (volume->emission[0] > 0 || volume->emission[1] > 0 || volume->emission[2] > 0)
+        extinction = fmax(extinction, 1e-9 / diagonal);
+    for (int i = 0; i < 3; i++)
+        radiance[i] =
+            extinction > 0
+                ? (volume->extinction * volume->radiance[i] + volume->emission[i]) / extinction
+                : 0;
+    return extinction;
+}
+
 void frame_set_shell(struct frame *frame, const struct path_object *object) {
     const struct volume *volume = object->volume;
     frame->v[FRAME_STEP][0] = (float)(object->quality / object->shell->thickness);
@@ -97,11 +119,25 @@ void frame_set_shell(struct frame *frame, const struct path_object *object) {
     frame->v[FRAME_SCREEN][2] =
         (float)fmin(1e-4, 0.1 / ((double)object->quality * object->quality));
     frame->v[FRAME_STEP][3] = object->object->shell.has_base ? 1 : 0;
+    double constant[3] = {0, 0, 0}, extinction = 0, thickness = object->shell->thickness;
+    /* Tinted: what is given on the way, instead of what it tends to (common_through.glsl). */
+    if (volume->homogeneous && volume_is_tinted(volume)) {
+        extinction = volume->extinction + volume->absorption;
+        for (int i = 0; i < 3; i++)
+            constant[i] =
+                volume->tint[i] * volume->extinction * volume->radiance[i] + volume->emission[i];
+    } else if (volume->homogeneous) {
+        extinction = path_object_constant(object, constant);
+    }
     for (int i = 0; i < 3; i++) {
         frame->v[FRAME_SIZE][i] = (float)volume->size[i];
-        frame->v[FRAME_CONSTANT][i] = (float)volume->radiance[i];
+        frame->v[FRAME_CONSTANT][i] = (float)constant[i];
+        frame->v[FRAME_FILL][i] = (float)(volume->emission[i] * thickness);
+        frame->v[FRAME_GLOW][i + 1] = (float)volume->tint[i];
     }
-    frame->v[FRAME_CONSTANT][3] = (float)volume->extinction;
+    frame->v[FRAME_CONSTANT][3] = (float)extinction;
+    frame->v[FRAME_FILL][3] = (float)(volume->absorption * thickness);
+    frame->v[FRAME_GLOW][0] = (float)volume->glow;
     frame->v[FRAME_MATERIAL][0] = volume->specular;
     frame->v[FRAME_MATERIAL][1] = volume->shininess;
 }

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
@@ -13,7 +14,7 @@ enum { CELL_BYTES = WALK_TEXELS * 16, LINK_BYTES = 16, MAP_BYTES = MAP_TEXELS * 
 enum { TABLES = 3 }; /* cells, links, maps */
 
 /* Bits of slot[].z in the shader. */
-enum { SLOT_LIT = 1, SLOT_EXACT = 2, SLOT_MIPS = 4 };
+enum { SLOT_LIT = 1, SLOT_EXACT = 2, SLOT_MIPS = 4, SLOT_STRANDS = 8 };
 
 static bool any_exact(const struct joint *joint) {
     for (uint32_t i = 0; i < joint->shell_count; i++)
@@ -28,7 +29,7 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
     flags |= (more & 1 ? FLAG_SLOTS_1 : 0) | (more & 2 ? FLAG_SLOTS_2 : 0);
     for (uint32_t i = 0; i < joint->shell_count; i++)
         flags |= variant_of_shell(joint->shell[i].object, picture->lights.count, false, false) &
-                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAGS_PLACE);
+                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAG_STRANDS | FLAG_FILL | FLAGS_PLACE);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
     for (uint32_t i = 0; i < joint->shell_count; i++)
@@ -47,12 +48,17 @@ static GLuint one_texel(const float value[4]) {
     return texture;
 }
 
-/* The layout of a baked medium: extinction-weighted colour and extinction, times the thickness. */
-static GLuint constant_of(const struct path_object *object) {
-    const struct volume *volume = object->volume;
-    double depth = volume->extinction * object->shell->thickness;
-    float value[4] = {(float)(depth * volume->radiance[0]), (float)(depth * volume->radiance[1]),
-                      (float)(depth * volume->radiance[2]), (float)depth};
+/* The layout of a baked medium: extinction-weighted colour and extinction, times the thickness.
+ * `filled`: the frame holds what fills it besides, else that is part of it. */
+static GLuint constant_of(const struct path_object *object, bool filled) {
+    double radiance[3], depth = path_object_constant(object, radiance);
+    if (filled) {
+        depth = object->volume->extinction;
+        memcpy(radiance, object->volume->radiance, sizeof radiance);
+    }
+    depth *= object->shell->thickness;
+    float value[4] = {(float)(depth * radiance[0]), (float)(depth * radiance[1]),
+                      (float)(depth * radiance[2]), (float)depth};
     return one_texel(value);
 }
 
@@ -94,14 +100,18 @@ enum status joint_prepare(struct joint *joint, struct picture *picture,
     static const GLenum formats[TABLES] = {GL_RGBA32F, GL_RGBA32UI, GL_RGBA32F};
     static const size_t sizes[TABLES] = {CELL_BYTES, LINK_BYTES, MAP_BYTES};
     size_t cells = 0;
+    bool filled = false;
+    for (uint32_t i = 0; i < joint->shell_count; i++)
+        filled |= (variant_of_shell(joint->shell[i].object, 0, false, false) & FLAG_FILL) != 0;
     joint->slots = 0;
     for (uint32_t i = 0; i < joint->shell_count; i++) {
         joint->shell[i].first = (uint32_t)cells;
         cells += joint->shell[i].object->shell->tetra_count;
         joint->slots += joint->shell[i].slots;
         glDeleteTextures(1, &joint->constant[i]);
-        joint->constant[i] =
-            joint->shell[i].object->volume->homogeneous ? constant_of(joint->shell[i].object) : 0;
+        joint->constant[i] = joint->shell[i].object->volume->homogeneous
+                                 ? constant_of(joint->shell[i].object, filled)
+                                 : 0;
     }
     if (cells * WALK_TEXELS > (size_t)texels_max)
         return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
@@ -191,11 +201,15 @@ enum status joint_draw(struct joint *joint, struct picture *picture, GLuint firs
         const struct baked *baked = shell->object->baked;
         bool lit = baked && shell->object->volume->lit;
         bool mips = shell->object->filter == SCENE_FILTER_MIP;
-        GLuint gradient = !baked ? 0 : mips ? baked->gradient_mips : baked->medium_gradient;
+        bool strands = baked && baked->strands && shell->object->volume->strand_lit;
+        GLuint gradient = !baked    ? 0
+                          : strands ? baked->strands
+                          : mips    ? baked->gradient_mips
+                                    : baked->medium_gradient;
         for (uint32_t k = 0; k < shell->slots; k++, slot++) {
             glProgramUniform3ui(program, (GLint)(4 + slot), i, shell->first,
                                 (lit ? SLOT_LIT : 0u) | (shell->maps ? SLOT_EXACT : 0u) |
-                                    (mips ? SLOT_MIPS : 0u));
+                                    (mips ? SLOT_MIPS : 0u) | (strands ? SLOT_STRANDS : 0u));
             glBindTextureUnit(BINDING_SLOT_MEDIUM + slot, !baked ? joint->constant[i]
                                                           : mips ? baked->medium_mips
                                                                  : baked->medium);

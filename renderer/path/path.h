@@ -70,6 +70,9 @@ struct picture {
     struct path_object *objects;
     size_t object_count;
     bool occluded; /* something opaque is drawn before the media */
+    /* NULL; or, where extinction has colours, the background (straight linear RGBA): it is drawn
+     * first, since each channel lets a share of its own through. */
+    const double *behind;
     /* NULL: the whole picture. Else only these blocks: a path draws its full-screen passes with
      * gl_blocks_draw(), and all others under the depth test, which lets nothing through elsewhere.
      */
@@ -115,18 +118,19 @@ const struct path *path_find(enum scene_path id);
 
 /* Whether a volume needs each of the two draws. */
 static inline bool volume_has_medium(const struct volume *volume) {
-    return volume->homogeneous ? volume->extinction > 0 : volume->medium != NULL;
+    return volume->homogeneous ? volume->extinction > 0 || volume_is_filled(volume)
+                               : volume->medium != NULL;
 }
 static inline bool volume_has_solid(const struct volume *volume) {
     return volume->solid != NULL;
 }
 
 /* Whether its medium's, or its solid's, draws leap over empty voxels. What a filter reads reaches
- * beyond the voxels, so there they do not. */
+ * beyond the voxels, and what absorbs or emits everywhere fills them: there they do not. */
 static inline bool path_object_leaps(const struct path_object *object, bool solid) {
     enum scene_traversal traversal = object->traversal[solid];
     return object->shell && !object->volume->homogeneous &&
-           (solid || object->filter == SCENE_FILTER_NONE) &&
+           (solid || (object->filter == SCENE_FILTER_NONE && !volume_is_filled(object->volume))) &&
            (traversal == SCENE_TRAVERSAL_ADAPTIVE || traversal == SCENE_TRAVERSAL_DDA);
 }
 
@@ -134,6 +138,10 @@ static inline bool path_object_leaps(const struct path_object *object, bool soli
 static inline bool path_object_drawn(const struct path_object *object) {
     return object->shell && (volume_has_medium(object->volume) || volume_has_solid(object->volume));
 }
+
+/* A homogeneous medium and what fills it besides as one: returns extinction per object unit, and
+ * sets the radiance that this extinction stands for, (sigma c + q) / (sigma + sigma_a). */
+double path_object_constant(const struct path_object *object, double radiance[3]);
 
 /* Binds a medium's voxels and gradients, as the object's filter reads them. */
 static inline void path_object_bind_medium(const struct path_object *object, GLuint medium,
@@ -144,6 +152,8 @@ static inline void path_object_bind_medium(const struct path_object *object, GLu
     glBindTextureUnit(gradient, mips ? baked->gradient_mips : baked->medium_gradient);
     if (baked->medium_leap)
         glBindTextureUnit(BINDING_LEAP, baked->medium_leap);
+    if (object->volume->strand_lit)
+        glBindTextureUnit(BINDING_STRANDS, baked->strands);
     if (object->filter == SCENE_FILTER_VIEW) {
         glBindTextureUnit(BINDING_VIEW, baked->medium_views);
         glBindTextureUnit(BINDING_VIEW_LEFT, baked->left_views);

@@ -109,7 +109,9 @@ static bool same_constant(const struct volume *a, const struct volume *b) {
     for (int i = 0; i < 3; i++)
         if (a->radiance[i] != b->radiance[i])
             return false;
-    return a->homogeneous && b->homogeneous;
+    bool plain = a == b || !(volume_is_filled(a) || volume_is_filled(b) || volume_is_tinted(a) ||
+                             volume_is_tinted(b));
+    return a->homogeneous && b->homogeneous && plain;
 }
 
 /* Shells share the planes, so what one asks for, all must. `asked`, `other`: 0, or what is asked by
@@ -420,7 +422,8 @@ static enum status draw_slabs(struct slicing *slicing, struct picture *picture, 
     if (status != STATUS_OK)
         return status;
     outlines_clear(&slicing->outlines);
-    bool grouped = !solid && slabs->count > GROUP_SLABS;
+    /* A group keeps one optical depth: with colours of extinction there are few enough (tint.h). */
+    bool grouped = !solid && slabs->count > GROUP_SLABS && !picture->behind;
     uint32_t most = grouped ? GROUP_SLABS : slabs->count, end = slabs->count;
     for (uint32_t begin; end > 0 && status == STATUS_OK; end = begin) {
         begin = end > most ? end - most : 0;

@@ -157,7 +157,11 @@ static void warn_of_steps(const struct path_object *object, struct report *repor
         return;
     if (volume_has_medium(object->volume) && object->traversal[0] != SCENE_TRAVERSAL_FIXED &&
         !path_object_leaps(object, false))
-        frame_warn_fixed(object, "a filter reads beyond the voxels", report);
+        frame_warn_fixed(object,
+                         object->filter == SCENE_FILTER_NONE
+                             ? "absorption, emission or glow fill empty voxels too"
+                             : "a filter reads beyond the voxels",
+                         report);
     double steps = frame_steps_needed(object);
     if (steps > PATH_STEPS_MAX)
         report_warn(report, "steps-capped", object->pointer, 1, 0,

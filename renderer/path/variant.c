@@ -9,6 +9,10 @@ bool variant_needs_normals(const struct path_object *object, int lights) {
     return (lights > 0 || (object->forced & FLAG_LIT)) && is_lit(object->volume);
 }
 
+bool variant_by_strands(const struct path_object *object, int lights) {
+    return variant_needs_normals(object, lights) && object->volume->strand_lit;
+}
+
 uint32_t variant_of_shell(const struct path_object *object, int lights, bool occluded, bool solid) {
     const struct volume *volume = object->volume;
     bool slicing = object->object->path == SCENE_PATH_SLICING;
@@ -30,9 +34,12 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
         flags |= FLAG_FILTER | (object->filter == SCENE_FILTER_VIEW ? FLAG_FILTER_VIEW : 0);
     if (path_object_leaps(object, solid))
         flags |= FLAG_LEAP | (object->traversal[solid] == SCENE_TRAVERSAL_DDA ? FLAG_DDA : 0);
+    if (!solid && (volume_is_tinted(volume) || (!volume->homogeneous && volume_is_filled(volume))))
+        flags |= FLAG_FILL;
     if (variant_needs_normals(object, lights))
         flags |= FLAG_LIT | object->shadow |
-                 (volume->specular > 0 ? FLAG_SPECULAR : object->forced & FLAG_SPECULAR);
+                 (volume->specular > 0 ? FLAG_SPECULAR : object->forced & FLAG_SPECULAR) |
+                 (volume->strand_lit && !solid ? FLAG_STRANDS : 0);
     else if (is_lit(volume))
         flags |= FLAG_AMBIENT;
     return flags;

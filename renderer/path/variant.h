@@ -9,6 +9,9 @@
  * `lights`: how many lights with a direction there are. */
 bool variant_needs_normals(const struct path_object *object, int lights);
 
+/* Whether a shell's medium is lit by its strands, which then stand in for its normals. */
+bool variant_by_strands(const struct path_object *object, int lights);
+
 /* An object's shell, its medium or its solid, drawn cell by cell or walked through as
  * `object->walk` says. `occluded`: something opaque may lie before the medium. */
 uint32_t variant_of_shell(const struct path_object *object, int lights, bool occluded, bool solid);

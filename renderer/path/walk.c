@@ -286,6 +286,16 @@ static enum status give_up_media(struct picture *picture, struct error *err) {
         struct path_object *object = &picture->objects[i];
         if (!object->walk || !volume_has_medium(object->volume))
             continue;
+        if (picture->behind && picture->behind[3] < 1 && volume_is_tinted(object->volume)) {
+            char pointer[96];
+            snprintf(pointer, sizeof pointer, "%s/shell/material/extinction_color",
+                     object->pointer);
+            return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
+                               "more than %d stretches of semi-transparent shells would have to be "
+                               "walked at once, and of cells drawn one by one its alpha is not "
+                               "known: take an opaque background",
+                               SLOTS_MAX);
+        }
         if (object->walk_asked) {
             char pointer[64];
             snprintf(pointer, sizeof pointer, "%s/quality/order", object->pointer);

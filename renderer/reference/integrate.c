@@ -2,8 +2,10 @@
  *
  *   L = int j(t) T(t) dt,  T(t) = exp(-int sigma dt),  sigma = sum sigma_i,  j = sum sigma_i c_i,
  *
+ * of each channel,
+ *
  * over every material that the ray is in at t: where shells or folds overlap, extinctions add and
- * colours mix by extinction.
+ * colours mix by extinction; what fills a shell evenly adds to both, sigma_a and q.
  *
  * Between two neighbouring ends of cells every field is smooth, but for the light's own kinks.
  * There the integral is taken by the five-point Lobatto rule: optical depths at the nodes by
@@ -53,30 +55,42 @@ struct active {
     const struct volume *volume;
     struct voxels voxels;
     double scale; /* from stored extinction to optical depth for each unit of t */
+    double speed; /* object lengths for each unit of t */
 };
 
+/* By channels, of which `sigma` and what is let through mostly are one: see struct integral. */
 struct sample {
-    double sigma, j[3];
+    double sigma[3], j[3];
 };
 
 struct panel {
-    double radiance[3], transmittance;
+    double radiance[3], transmittance[3];
 };
 
 struct integral {
     struct tracer *tracer;
     const double *view;
     bool homogeneous;  /* all that is active */
+    bool tinted;       /* extinction has colours: else channel 0 stands for all three */
     int halvings;      /* of the interval, so far */
-    double front;      /* transmittance in front of the interval */
+    double front[3];   /* transmittance in front of the interval */
     double brightness; /* errors count relative to it: 1, or the radiance if that is more */
 };
 
-static void add_constant(const struct active *active, struct sample *sample) {
-    double sigma = active->volume->extinction * active->scale;
-    sample->sigma += sigma;
+/* What fills the shell besides, wherever it is. */
+static void add_fill(const struct active *active, struct sample *sample) {
     for (int i = 0; i < 3; i++)
+        sample->sigma[i] += active->volume->tint[i] * active->volume->absorption * active->speed;
+    for (int i = 0; i < 3; i++)
+        sample->j[i] += active->volume->emission[i] * active->speed;
+}
+
+static void add_constant(const struct active *active, struct sample *sample) {
+    for (int i = 0; i < 3; i++) {
+        double sigma = active->volume->tint[i] * active->volume->extinction * active->scale;
+        sample->sigma[i] += sigma;
         sample->j[i] += sigma * active->volume->radiance[i];
+    }
 }
 
 /* `incident` is found when the first lit medium asks; then *known. False where it cannot be. */
@@ -92,28 +106,41 @@ static bool add_voxels(const struct integral *integral, const struct active *act
         return true;
     double source[3];
     if (volume->lit) {
-        double gradient[3], normal[3] = {0, 0, 0}, color[3];
+        double gradient[3], normal[3] = {0, 0, 0}, color[3], strand[3];
         if (!*known &&
             !tracer_incident(integral->tracer, t, &(struct origin){.object = NULL}, incident))
             return false;
         *known = true;
-        voxels_gradient(&active->voxels, at, gradient);
-        double g = sqrt(dot3(gradient, gradient));
-        if (!voxels_normal(volume, prism, b, w, gradient, normal))
-            g = 0;
+        const struct reference_lights *lights = &integral->tracer->world->lights;
+        double specular = (double)volume->specular, shininess = (double)volume->shininess;
         for (int i = 0; i < 3; i++)
             color[i] = value[i] / value[3];
-        reference_light(&integral->tracer->world->lights, incident, color, normal, integral->view,
-                        g / (g + 0.01), (double)volume->specular, (double)volume->shininess,
-                        source);
+        if (volume->strand_lit) {
+            voxels_strand(&active->voxels, at, value[3], strand);
+            double together = fmin(1, sqrt(dot3(strand, strand)));
+            if (!voxels_tangent(prism, b, w, strand, normal))
+                together = 0;
+            reference_strand_light(lights, incident, color, normal, integral->view, together,
+                                   specular, shininess, source);
+        } else {
+            voxels_gradient(&active->voxels, at, gradient);
+            double g = sqrt(dot3(gradient, gradient));
+            if (!voxels_normal(volume, prism, b, w, gradient, normal))
+                g = 0;
+            reference_light(lights, incident, color, normal, integral->view, g / (g + 0.01),
+                            specular, shininess, source);
+        }
     } else {
         for (int i = 0; i < 3; i++)
             source[i] = value[i] / value[3];
     }
-    double sigma = value[3] * active->scale;
-    sample->sigma += sigma;
     for (int i = 0; i < 3; i++)
+        source[i] += volume->glow * value[i] / value[3];
+    for (int i = 0; i < 3; i++) {
+        double sigma = volume->tint[i] * value[3] * active->scale;
+        sample->sigma[i] += sigma;
         sample->j[i] += sigma * source[i];
+    }
     return true;
 }
 
@@ -124,6 +151,7 @@ static void sample_at(const struct integral *integral, double t, struct sample *
     bool known = false;
     memset(sample, 0, sizeof *sample);
     for (size_t k = 0; k < tracer->active_count; k++) {
+        add_fill(&tracer->active[k], sample);
         if (tracer->active[k].volume->homogeneous)
             add_constant(&tracer->active[k], sample);
         else if (!add_voxels(integral, &tracer->active[k], t, &incident, &known, sample))
@@ -132,22 +160,29 @@ static void sample_at(const struct integral *integral, double t, struct sample *
     tracer->evaluations++;
 }
 
-static void panel_of(const struct sample samples[NODES], double h, struct panel *panel) {
+static void panel_of(const struct integral *integral, const struct sample samples[NODES], double h,
+                     struct panel *panel) {
     memset(panel, 0, sizeof *panel);
-    for (int n = 0; n < NODES; n++) {
-        double depth = 0;
-        for (int k = 0; k < NODES && n > 0; k++)
-            depth += depth_to[n - 1][k] * samples[k].sigma;
-        panel->transmittance = exp(-h * depth);
-        for (int i = 0; i < 3; i++)
-            panel->radiance[i] += h * weight[n] * samples[n].j[i] * panel->transmittance;
-    }
+    for (int n = 0; n < NODES; n++)
+        for (int i = 0; i < 3; i++) {
+            double depth = 0;
+            for (int k = 0; k < NODES && n > 0 && (i == 0 || integral->tinted); k++)
+                depth += depth_to[n - 1][k] * samples[k].sigma[i];
+            panel->transmittance[i] =
+                i == 0 || integral->tinted ? exp(-h * depth) : panel->transmittance[0];
+            panel->radiance[i] += h * weight[n] * samples[n].j[i] * panel->transmittance[i];
+        }
 }
 
 static void append(struct panel *front, const struct panel *behind) {
-    for (int i = 0; i < 3; i++)
-        front->radiance[i] += front->transmittance * behind->radiance[i];
-    front->transmittance *= behind->transmittance;
+    for (int i = 0; i < 3; i++) {
+        front->radiance[i] += front->transmittance[i] * behind->radiance[i];
+        front->transmittance[i] *= behind->transmittance[i];
+    }
+}
+
+static double most3(const double x[3]) {
+    return fmax(x[0], fmax(x[1], x[2]));
 }
 
 static void refine(struct integral *integral, double a, double b,
@@ -163,14 +198,20 @@ static void refine(struct integral *integral, double a, double b,
         sample_at(integral, a + (middle - a) * node[n], &half[0][n]);
         sample_at(integral, middle + (b - middle) * node[n], &half[1][n]);
     }
-    panel_of(half[0], middle - a, &part[0]);
-    panel_of(half[1], b - middle, &part[1]);
+    panel_of(integral, half[0], middle - a, &part[0]);
+    panel_of(integral, half[1], b - middle, &part[1]);
     *result = part[0];
     append(result, &part[1]);
-    double error = fabs(result->transmittance - whole->transmittance);
-    for (int i = 0; i < 3; i++)
-        error = fmax(error, fabs(result->radiance[i] - whole->radiance[i]) / integral->brightness);
-    if (error * integral->front <= tolerance && whole->transmittance >= RESOLVED)
+    double error = 0;
+    bool resolved = true;
+    for (int i = 0; i < 3; i++) {
+        double through = fabs(result->transmittance[i] - whole->transmittance[i]);
+        double light = fabs(result->radiance[i] - whole->radiance[i]) / integral->brightness;
+        error = fmax(error, integral->front[i] * fmax(through, light));
+        /* A channel that is dark may be as stiff as it likes where another still sees. */
+        resolved &= whole->transmittance[i] >= RESOLVED || integral->front[i] <= OPAQUE;
+    }
+    if (error <= tolerance && resolved)
         return;
     if (depth == DEPTH_MAX || integral->halvings == HALVINGS_MAX || !(middle > a && middle < b) ||
         !isfinite(error)) {
@@ -179,20 +220,26 @@ static void refine(struct integral *integral, double a, double b,
     }
     integral->halvings++;
     refine(integral, a, middle, half[0], &part[0], tolerance / 2, depth + 1, result);
-    double front = integral->front;
-    integral->front *= result->transmittance;
+    double front[3];
+    memcpy(front, integral->front, sizeof front);
+    for (int i = 0; i < 3; i++)
+        integral->front[i] *= result->transmittance[i];
     struct panel second = part[1];
-    if (integral->front > OPAQUE)
+    if (most3(integral->front) > OPAQUE)
         refine(integral, middle, b, half[1], &part[1], tolerance / 2, depth + 1, &second);
-    integral->front = front;
+    memcpy(integral->front, front, sizeof front);
     append(result, &second);
 }
 
 static void closed_form(const struct sample *sample, double h, struct panel *panel) {
-    double lost = -expm1(-sample->sigma * h);
-    panel->transmittance = exp(-sample->sigma * h);
-    for (int i = 0; i < 3; i++)
-        panel->radiance[i] = sample->sigma > 0 ? sample->j[i] / sample->sigma * lost : 0;
+    for (int i = 0; i < 3; i++) {
+        double depth = sample->sigma[i] * h;
+        panel->transmittance[i] = exp(-depth);
+        /* The mean transmittance on the way; 1 where nothing is lost, as in a glow without
+         * extinction. */
+        double mean = depth > 0 ? -expm1(-depth) / depth : 1;
+        panel->radiance[i] = sample->j[i] * h * mean;
+    }
 }
 
 static void over_interval(struct integral *integral, double a, double b, double tolerance,
@@ -207,7 +254,7 @@ static void over_interval(struct integral *integral, double a, double b, double 
         sample_at(integral, a + (b - a) * node[n], &samples[n]);
     struct panel whole;
     integral->halvings = 0;
-    panel_of(samples, b - a, &whole);
+    panel_of(integral, samples, b - a, &whole);
     refine(integral, a, b, samples, &whole, tolerance, 0, result);
 }
 
@@ -227,14 +274,17 @@ static bool activate(struct tracer *tracer, const struct cell *cell) {
     active->cell = cell;
     active->prism = prism;
     active->volume = volume;
-    active->scale = prism->ray->speed;
+    active->scale = active->speed = prism->ray->speed;
     if (!volume->homogeneous) {
         active->scale /= prism->object->spec->shell.thickness;
-        voxels_load(volume, false, volume->lit, cell->x, cell->y, cell->z, &active->voxels);
+        voxels_load(volume, false, volume->lit && !volume->strand_lit, cell->x, cell->y, cell->z,
+                    &active->voxels);
+        if (volume->strand_lit)
+            voxels_load_strands(&active->voxels);
         double most = 0;
         for (int c = 0; c < 8; c++)
             most = fmax(most, active->voxels.value[c][3]);
-        if (!(most > 0))
+        if (!(most > 0) && !volume_is_filled(volume))
             return true; /* empty: neither seen nor listed */
     }
     tracer->active_count++;
@@ -252,6 +302,13 @@ static void retire(struct tracer *tracer, double t) {
     tracer->active_count = kept;
 }
 
+static bool any_tinted(const struct tracer *tracer) {
+    for (size_t k = 0; k < tracer->active_count; k++)
+        if (volume_is_tinted(tracer->active[k].volume))
+            return true;
+    return false;
+}
+
 static bool all_homogeneous(const struct tracer *tracer) {
     for (size_t k = 0; k < tracer->active_count; k++)
         if (!tracer->active[k].volume->homogeneous)
@@ -260,16 +317,16 @@ static bool all_homogeneous(const struct tracer *tracer) {
 }
 
 bool tracer_integrate(struct tracer *tracer, double t_eye, double t_end, const double view[3],
-                      double radiance[3], double *transmittance) {
+                      double radiance[3], double transmittance[3]) {
     struct integral integral = {.tracer = tracer, .view = view};
-    struct panel sum = {{0, 0, 0}, 1};
+    struct panel sum = {{0, 0, 0}, {1, 1, 1}};
     /* Ten intervals' estimates add up to the tolerance at the worst; what is kept errs by a
      * hundredth of its estimate, or less. */
     double tolerance = tracer->tolerance / 10;
     size_t next = 0;
     double t = t_eye;
     tracer->active_count = 0;
-    while (sum.transmittance > OPAQUE && t < t_end && tracer->status == STATUS_OK) {
+    while (most3(sum.transmittance) > OPAQUE && t < t_end && tracer->status == STATUS_OK) {
         retire(tracer, t);
         while (next < tracer->cell_count && tracer->cells[next].span.t[0] <= t) {
             const struct cell *cell = &tracer->cells[next++];
@@ -286,15 +343,15 @@ bool tracer_integrate(struct tracer *tracer, double t_eye, double t_end, const d
         if (tracer->active_count > 0) {
             struct panel panel;
             integral.homogeneous = all_homogeneous(tracer);
-            integral.front = sum.transmittance;
-            integral.brightness =
-                fmax(1, fmax(sum.radiance[0], fmax(sum.radiance[1], sum.radiance[2])));
+            integral.tinted = any_tinted(tracer);
+            memcpy(integral.front, sum.transmittance, sizeof integral.front);
+            integral.brightness = fmax(1, most3(sum.radiance));
             over_interval(&integral, t, to, tolerance, &panel);
             append(&sum, &panel);
         }
         t = to;
     }
     memcpy(radiance, sum.radiance, sizeof sum.radiance);
-    *transmittance = sum.transmittance;
+    memcpy(transmittance, sum.transmittance, sizeof sum.transmittance);
     return tracer->status == STATUS_OK;
 }

@@ -68,3 +68,28 @@ void reference_light(const struct reference_lights *lights,
         out[i] = color[i] * (lights->ambient[i] + weight * diffuse[i] + (1 - weight) * even[i]) +
                  weight * specular * gloss[i];
 }
+
+/* Kajiya & Kay 1989 by angles: alpha between the strand and a direction. A cylinder reflects what
+ * comes from the angle alpha_l onto the cone at pi - alpha_l; the highlight is the cosine of what
+ * the viewer is off it. */
+void reference_strand_light(const struct reference_lights *lights,
+                            const struct reference_incident *incident, const double color[3],
+                            const double t[3], const double v[3], double weight, double specular,
+                            double shininess, double out[3]) {
+    const double pi = 3.14159265358979323846;
+    double across[3];
+    cross3(t, v, across);
+    double alpha_v = atan2(sqrt(dot3(across, across)), dot3(t, v));
+    for (int i = 0; i < 3; i++)
+        out[i] = color[i] * lights->ambient[i];
+    for (int k = 0; k < lights->count; k++) {
+        const double *l = incident->toward[k], *radiance = incident->color[k];
+        cross3(t, l, across);
+        double alpha_l = atan2(sqrt(dot3(across, across)), dot3(t, l));
+        double c = cos(alpha_v - (pi - alpha_l));
+        double highlight = specular > 0 && c > 0 ? specular * pow(c, shininess) : 0;
+        double diffuse = weight * sin(alpha_l) + (1 - weight) * pi / 4;
+        for (int i = 0; i < 3; i++)
+            out[i] += radiance[i] * (color[i] * diffuse + weight * highlight);
+    }
+}

@@ -39,4 +39,10 @@ void reference_light(const struct reference_lights *lights,
                      const double n[3], const double v[3], double weight, double specular,
                      double shininess, double out[3]);
 
+/* The same for strands of the unit tangent t (api/README.md, "Strands"). */
+void reference_strand_light(const struct reference_lights *lights,
+                            const struct reference_incident *incident, const double color[3],
+                            const double t[3], const double v[3], double weight, double specular,
+                            double shininess, double out[3]);
+
 #endif

@@ -444,6 +444,23 @@ void prism_gradient(const struct prism_ray *prism, const double b[3], double w,
         gradient[i] = sign * (over[0] * x[i] + over[1] * y[i] + over_w * z[i]);
 }
 
+bool prism_tangents(const struct prism_ray *prism, const double b[3], double w, const double uv[2],
+                    double layer[3], double height[3]) {
+    double step[2][2];
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 2; i++)
+            step[k][i] = prism->uv[k + 1][i] - prism->uv[0][i];
+    double det = step[0][0] * step[1][1] - step[0][1] * step[1][0];
+    if (!(fabs(det) > 0))
+        return false;
+    double b1 = (uv[0] * step[1][1] - uv[1] * step[1][0]) / det;
+    double b2 = (uv[1] * step[0][0] - uv[0] * step[0][1]) / det;
+    offset_at(prism, b, height);
+    for (int i = 0; i < 3; i++)
+        layer[i] = b1 * (prism->e1[i] + w * prism->g1[i]) + b2 * (prism->e2[i] + w * prism->g2[i]);
+    return true;
+}
+
 void prism_face(const struct prism_ray *prism, const double b[3], double w, double normal[3]) {
     double o[3], e[3];
     int nearest = 0;

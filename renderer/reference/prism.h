@@ -66,6 +66,11 @@ bool prism_barycentric(const struct prism_ray *prism, double t, double w, double
 void prism_gradient(const struct prism_ray *prism, const double b[3], double w,
                     const double over_uv[2], double over_w, double gradient[3]);
 
+/* Where steps go in object space at (b, w): dP of `uv` over the texture, and of 1 over the height.
+ * False where the corners' (u, v) span nothing. */
+bool prism_tangents(const struct prism_ray *prism, const double b[3], double w, const double uv[2],
+                    double layer[3], double height[3]);
+
 /* A normal of the prism's boundary where the ray meets it at (b, w): of the top, the bottom or a
  * side, whichever is nearest; either direction. */
 void prism_face(const struct prism_ray *prism, const double b[3], double w, double normal[3]);

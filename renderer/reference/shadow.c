@@ -21,8 +21,9 @@ static double depth_of_cell(struct tracer *light, const struct cell *cell) {
     const struct prism_ray *prism = &light->prisms[light->segments[cell->segment].prism];
     const struct volume *volume = prism->object->volume;
     double h = cell->span.t[1] - cell->span.t[0], sum = 0;
+    double fill = volume->absorption * prism->ray->speed * h;
     if (volume->homogeneous)
-        return volume->extinction * prism->ray->speed * h;
+        return volume->extinction * prism->ray->speed * h + fill;
     if (!volume->medium)
         return 0;
     struct voxels voxels;
@@ -38,15 +39,18 @@ static double depth_of_cell(struct tracer *light, const struct cell *cell) {
         sum += weight[n] * fmax(0, value[3]);
         light->evaluations++;
     }
-    return sum * h * prism->ray->speed / prism->object->spec->shell.thickness;
+    return sum * h * prism->ray->speed / prism->object->spec->shell.thickness + fill;
 }
 
-/* The share of light k that comes to `from`, which is relative to the world's centre. */
-static double share(struct tracer *light, const double from[3], const double toward[3],
-                    double distance, const struct origin *origin) {
+/* The share of light k, by channels, that comes to `from`, which is relative to the world's centre.
+ */
+static void share(struct tracer *light, const double from[3], const double toward[3],
+                  double distance, const struct origin *origin, double arrives[3]) {
     const struct world *world = light->world;
+    for (int i = 0; i < 3; i++)
+        arrives[i] = 0;
     if (origin->object && !origin->solid && dot3(origin->flat, toward) <= 0)
-        return 0; /* the triangle itself is in the way */
+        return; /* the triangle itself is in the way */
     double t_from = dot3(from, toward), t_to = t_from + distance, o[3];
     for (int i = 0; i < 3; i++)
         o[i] = from[i] - t_from * toward[i];
@@ -54,11 +58,19 @@ static double share(struct tracer *light, const double from[3], const double tow
         object_ray_init(&world->objects[i], o, toward, &light->rays[i]);
     if (tracer_meets_surface(light, t_from, t_to, origin) || !tracer_gather(light, t_from, t_to) ||
         tracer_meets_solid(light, t_from, origin))
-        return 0;
-    double depth = 0;
-    for (size_t k = 0; k < light->cell_count && depth < DEPTH_DARK; k++)
-        depth += depth_of_cell(light, &light->cells[k]);
-    return depth < DEPTH_DARK ? exp(-depth) : 0;
+        return;
+    double depth[3] = {0, 0, 0};
+    for (size_t k = 0; k < light->cell_count; k++) {
+        if (fmin(depth[0], fmin(depth[1], depth[2])) >= DEPTH_DARK)
+            break;
+        const struct segment *segment = &light->segments[light->cells[k].segment];
+        const double *tint = light->prisms[segment->prism].object->volume->tint;
+        double own = depth_of_cell(light, &light->cells[k]);
+        for (int i = 0; i < 3; i++)
+            depth[i] += tint[i] * own;
+    }
+    for (int i = 0; i < 3; i++)
+        arrives[i] = depth[i] < DEPTH_DARK ? exp(-depth[i]) : 0;
 }
 
 bool tracer_incident(struct tracer *tracer, double t, const struct origin *origin,
@@ -71,10 +83,10 @@ bool tracer_incident(struct tracer *tracer, double t, const struct origin *origi
     for (int k = 0; k < lights->count; k++) {
         if (!lights->shadow[k])
             continue;
-        double arrives =
-            share(tracer->light, from, incident->toward[k], incident->distance[k], origin);
+        double arrives[3];
+        share(tracer->light, from, incident->toward[k], incident->distance[k], origin, arrives);
         for (int i = 0; i < 3; i++)
-            incident->color[k][i] *= arrives;
+            incident->color[k][i] *= arrives[i];
         if (tracer->light->status != STATUS_OK) {
             tracer->status = tracer->light->status;
             return false;

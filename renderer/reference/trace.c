@@ -144,12 +144,15 @@ bool tracer_trace(struct tracer *tracer, double x, double y, double rgba[4]) {
         return false;
     if (!tracer_find_solid(tracer, view, &stop))
         return false;
-    double radiance[3], transmittance;
-    if (!tracer_integrate(tracer, t_eye, stop.t, view, radiance, &transmittance))
+    double radiance[3], through[3];
+    if (!tracer_integrate(tracer, t_eye, stop.t, view, radiance, through))
         return false;
     double behind = isfinite(stop.t) ? 1 : rgba[3];
     for (int i = 0; i < 3; i++)
-        rgba[i] = radiance[i] + transmittance * (isfinite(stop.t) ? stop.color[i] : rgba[i]);
+        rgba[i] = radiance[i] + through[i] * (isfinite(stop.t) ? stop.color[i] : rgba[i]);
+    /* Alpha is the mean over the channels, which here mostly are one: that keeps its digits. */
+    bool grey = through[0] == through[1] && through[0] == through[2];
+    double transmittance = grey ? through[0] : (through[0] + through[1] + through[2]) / 3;
     /* 1 - T (1 - A), so that thin media keep their digits. */
     rgba[3] = behind >= 1 ? 1 : 1 - transmittance * (1 - behind);
     return tracer->segment_count > 0 || isfinite(stop.t);

@@ -98,8 +98,8 @@ bool tracer_find_surface(struct tracer *tracer, double t_eye, const double view[
 bool tracer_find_solid(struct tracer *tracer, const double view[3], struct stop *stop);
 
 /* The emission-absorption integral from t_eye to t_end over all cells (integrate.c): radiance, and
- * the transmittance that is left. Cells are sorted. */
+ * the transmittance that is left, of each channel. Cells are sorted. */
 bool tracer_integrate(struct tracer *tracer, double t_eye, double t_end, const double view[3],
-                      double radiance[3], double *transmittance);
+                      double radiance[3], double transmittance[3]);
 
 #endif

@@ -111,3 +111,54 @@ bool voxels_normal(const struct volume *volume, const struct prism_ray *prism, c
     unit3(normal);
     return dot3(normal, normal) > 0.5;
 }
+
+/* Strands along w, where the material tells of none: their mean is (0, 0, 1). */
+void voxels_load_strands(struct voxels *voxels) {
+    const struct volume *volume = voxels->volume;
+    for (int c = 0; c < 8; c++) {
+        const float *medium = volume->medium;
+        const float *own =
+            voxel_at(volume, false, voxels->x + (c & 1), (long long)voxels->y + (c >> 1 & 1),
+                     (long long)voxels->z + (c >> 2));
+        for (int i = 0; i < 3; i++)
+            voxels->strand[c][i] = volume->strands ? (double)volume->strands[own - medium + i]
+                                   : i == 2        ? voxels->value[c][3]
+                                                   : 0;
+    }
+}
+
+void voxels_strand(const struct voxels *voxels, const double at[3], double weight,
+                   double tangent[3]) {
+    double share[8];
+    weights_at(voxels, at, share);
+    for (int i = 0; i < 3; i++) {
+        tangent[i] = 0;
+        for (int c = 0; c < 8; c++)
+            tangent[i] += share[c] * voxels->strand[c][i] / weight;
+    }
+}
+
+bool voxels_tangent(const struct prism_ray *prism, const double b[3], double w,
+                    const double tangent[3], double world[3]) {
+    double layer[2][3], height[2][3]; /* in the object, in the world */
+    if (!prism_tangents(prism, b, w, tangent, layer[0], height[0]))
+        return false;
+    const double *m = prism->object->spec->transform;
+    double largest = 0;
+    for (int k = 0; k < 12; k++)
+        largest = fmax(largest, fabs(m[k]));
+    for (int i = 0; i < 3; i++) {
+        layer[1][i] = height[1][i] = 0;
+        for (int k = 0; k < 3; k++) {
+            layer[1][i] += m[4 * k + i] / largest * layer[0][k];
+            height[1][i] += m[4 * k + i] / largest * height[0][k];
+        }
+    }
+    double square = dot3(height[1], height[1]), along = dot3(layer[1], height[1]);
+    for (int i = 0; i < 3; i++)
+        world[i] =
+            layer[1][i] +
+            (tangent[2] / VOLUME_TILE_DEPTH - (square > 0 ? along / square : 0)) * height[1][i];
+    unit3(world);
+    return dot3(world, world) > 0.5;
+}

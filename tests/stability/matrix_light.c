@@ -21,6 +21,16 @@
 #define BELOW ", 'transform': {'translate': [0, 0, -1.5]}"
 #define AWAY  "'camera': {'eye': [0.5, -4, 3], 'fov_y_deg': 50}, "
 
+/* Hairs, lit by their direction. */
+#define HAIR(beside)                                                                               \
+    "{'shell': {'mesh': {'shape': 'torus', 'divisions': [48, 24]}, 'thickness': 0.2, 'tiles': "    \
+    "[4, 2], 'base': {'color': [0.2, 0.1, 0.1]}, 'material': {'builtin': 'fur', 'size': [16, 16, " \
+    "8], 'shading': 'kajiya-kay', 'specular': 0.4, 'shininess': 12}}" beside "}"
+
+static const char why_strands[] =
+    "strands turn from triangle to triangle, and cells read a neighbour's at their sides "
+    "(renderer/path/README.md)";
+
 static const char why_maps[] =
     "a shadow's edge is mixed over a texel of 512, and a pixel of 16 is lit or dark by one ray: "
     "measured 0.002 to 0.02, at first order in the texels";
@@ -30,7 +40,152 @@ static void fill_dense(struct volume *volume, const struct matrix_case *self) {
     voxels_fill(volume, self->arg[0], color);
 }
 
+static void strands(struct matrix *matrix) {
+    struct matrix_case made = {
+        .group = "light", .bound = BOUND_PICTURE, .most = 0.012, .why = why_strands};
+    static const struct {
+        const char *name, *light, *transform;
+    } rows[] = {
+        {"strands", "'lights': [{'direction': [0.7, 1, -1.1], 'color': [2, 1.9, 1.8]}], ", ""},
+        {"strands, light along them", "'lights': [{'direction': [0, 0, -1]}], ", ""},
+        {"strands, mirrored and squeezed", "'lights': [{'direction': [0.7, 1, -1.1]}], ",
+         ", 'transform': {'scale': [1, 0.5, -0.8], 'rotate_deg': [20, 30, 40]}"},
+        {"strands, a lamp in the ring", "'lights': [{'position': [0, 0, 0.1]}], ", ""},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        made.quick = i == 0;
+        snprintf(made.name, sizeof made.name, "%s", rows[i].name);
+        matrix_add(matrix, made,
+                   "{" IMAGE(16) AWAY "%s'objects': [" HAIR("%s, 'quality': {'samples': 64}") "]}",
+                   rows[i].light, rows[i].transform);
+    }
+    snprintf(made.name, sizeof made.name, "strands in shadow");
+    made.most = 0.05;
+    made.why = why_maps;
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY SUN FINE "'objects': [" HAIR(STEPS) ", " GROUND(BELOW) "]}");
+    snprintf(made.name, sizeof made.name, "strands beside mist");
+    made.most = 0.02;
+    made.why = why_strands;
+    made.may_warn = "overlap-approximate"; /* sorted cells */
+    made.most_warned = 0.1;
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY "'objects': [" HAIR(", 'quality': {'samples': 64}") ", " MIST(
+                   ", 'quality': {'samples': 64}") "]}");
+}
+
+/* Absorption, emission and glow at their ends. */
+static void filled(struct matrix *matrix) {
+    static const char why_form[] =
+        "closed form; slabs sum parts whose ends fp32 rounds (measured 5e-6, walks 1e-7)";
+    struct matrix_case made = {.group = "light", .bound = BOUND_PICTURE};
+    static const struct {
+        const char *name, *material;
+        double most;
+        const char *why;
+    } rows[] = {
+        {"emission alone", "'builtin': 'homogeneous', 'extinction': 0, 'emission': [1, 1e-3, 0]",
+         2e-5, why_form},
+        {"absorption alone", "'builtin': 'homogeneous', 'extinction': 0, 'absorption': 1e6", 2e-5,
+         why_form},
+        {"emission, opaque", "'builtin': 'homogeneous', 'absorption': 1e9, 'emission': [1e6, 0, 1]",
+         2e-5, why_form},
+        {"empty voxels that emit",
+         "'builtin': 'fur', 'size': [4, 4, 2], 'growth': 0, 'emission': [1, 1e-3, 0]", 2e-6,
+         "constant in every step"},
+        {"clouds in dark glass", "'builtin': 'clouds', 'size': [8, 8, 4], 'absorption': 1.5", 2e-3,
+         "clouds by 32 steps"},
+        {"clouds that glow",
+         "'builtin': 'clouds', 'size': [8, 8, 4], 'glow': 2, 'emission': [0.1, 0.2, 0.4]", 4e-3,
+         "clouds by 32 steps, three times as bright"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        made.quick = i == 3;
+        made.most = rows[i].most;
+        made.why = rows[i].why;
+        snprintf(made.name, sizeof made.name, "fill: %s", rows[i].name);
+        matrix_add(matrix, made,
+                   "{" IMAGE(16) AWAY
+                   "'objects': [{'shell': {'mesh': {'shape': 'sphere', 'divisions': [12, 6]}, "
+                   "'thickness': 0.4, 'tiles': [3, 2], 'material': {%s}}" STEPS
+                   "}, " GROUND(BELOW) "]}",
+                   rows[i].material);
+    }
+    snprintf(made.name, sizeof made.name, "fill: shadow through it, beside mist");
+    made.most = 0.03;
+    made.why = why_maps;
+    made.may_warn = "overlap-approximate"; /* sorted cells */
+    made.most_warned = 0.2;
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY SUN FINE
+               "'objects': [{'shell': {'mesh': {'shape': 'plane', 'size': [4, 4]}, 'thickness': "
+               "0.4, 'tiles': [2, 2], 'material': {'builtin': 'clouds', 'size': [8, 8, 4], "
+               "'absorption': 1, 'glow': 0.5}}, 'transform': {'translate': [0, 0, 0.9]}" STEPS
+               "}, " MIST(STEPS) ", " GROUND(BELOW) "]}");
+}
+
+/* Extinction with colours at its ends; what keeps one optical depth refuses it. */
+static void tinted(struct matrix *matrix) {
+    struct matrix_case made = {.group = "light", .bound = BOUND_PICTURE, .may_refuse = "*"};
+    static const struct {
+        const char *name, *background, *material;
+        double most;
+    } rows[] = {
+        {"glass", "[0.2, 0.5, 0.9, 0.5]",
+         "'builtin': 'homogeneous', 'extinction': 0, 'absorption': 2, 'extinction_color': [1, 0.3, "
+         "0]",
+         2e-5},
+        {"glass, opaque to red", "[0.2, 0.5, 0.9, 1]",
+         "'builtin': 'homogeneous', 'extinction': 1e9, 'extinction_color': [1, 1e-9, 0]", 2e-5},
+        {"no channel at all", "[0.2, 0.5, 0.9, 1]",
+         "'builtin': 'homogeneous', 'extinction': 1e9, 'extinction_color': [0, 0, 0]", 2e-5},
+        {"clouds", "[0.2, 0.5, 0.9, 1]",
+         "'builtin': 'clouds', 'size': [8, 8, 4], 'extinction_color': [0.1, 0.4, 1], 'glow': 0.2",
+         4e-3},
+        {"clouds over nothing", "[0, 0, 0, 0]",
+         "'builtin': 'clouds', 'size': [8, 8, 4], 'extinction_color': [0.1, 0.4, 1], 'absorption': "
+         "0.5",
+         4e-3},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        for (int ground = 0; ground < 2; ground++) {
+            made.quick = i == 0;
+            made.most = rows[i].most;
+            made.why = rows[i].most < 1e-3 ? "closed form" : "clouds by 32 steps";
+            snprintf(made.name, sizeof made.name, "tint: %s%s", rows[i].name,
+                     ground ? ", on a ground" : "");
+            matrix_add(matrix, made,
+                       "{'image': {'width': 16, 'height': 16, 'samples': 1, 'background': "
+                       "%s}, " AWAY "'objects': [{'shell': {'mesh': {'shape': 'sphere', "
+                       "'divisions': [12, 6]}, 'thickness': 0.4, 'tiles': [3, 2], 'material': "
+                       "{%s}}" STEPS "}%s]}",
+                       rows[i].background, rows[i].material, ground ? ", " GROUND(BELOW) : "");
+        }
+    snprintf(made.name, sizeof made.name, "tint: beside mist");
+    made.most = 0.01;
+    made.why = "clouds by 32 steps, normals once a cell";
+    made.may_warn = "overlap-approximate"; /* sorted cells */
+    made.most_warned = 0.2;
+    matrix_add(matrix, made,
+               "{'image': {'width': 16, 'height': 16, 'samples': 1, 'background': [0.2, 0.5, 0.9, "
+               "1]}, " AWAY
+               "'objects': [{'shell': {'mesh': {'shape': 'plane', 'size': [4, 4]}, 'thickness': "
+               "0.4, 'material': {'builtin': 'homogeneous', 'extinction': 0.5, "
+               "'extinction_color': [0.2, 1, 0.4]}}, 'transform': {'translate': [0, 0, 0.9]}" STEPS
+               "}, " MIST(STEPS) ", " GROUND(BELOW) "]}");
+    snprintf(made.name, sizeof made.name, "tint: in shadow");
+    made.most = 0;
+    made.why = "refused";
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY SUN
+               "'objects': [{'shell': {'mesh': {'shape': 'plane'}, 'material': {'builtin': "
+               "'homogeneous', 'extinction_color': [0.2, 1, 0.4]}}}, " GROUND(BELOW) "]}");
+}
+
 void matrix_light(struct matrix *matrix) {
+    tinted(matrix);
+    filled(matrix);
+    strands(matrix);
     struct matrix_case made = {
         .group = "light", .quick = true, .bound = BOUND_PICTURE, .most = 0.03, .why = why_maps};
     static const struct {

@@ -15,7 +15,7 @@ static const char *const parts[] = {
     "depth",      "occluded",      "voxels",       "closed-form",  "cells",         "eye-inside",
     "fp64",       "light",         "ambient",      "shadow",       "specular",      "gradients",
     "shadow-map", "shadow-slices", "point-lights", "mesh-normals", "base-textures", "OpenImageIO",
-    "tinygltf",   "filter",        "leap",         "far-solids"};
+    "tinygltf",   "filter",        "leap",         "far-solids",   "strands",      "fill"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -30,6 +30,7 @@ enum { PART_COUNT = sizeof parts / sizeof *parts };
 #define CHAIN  "'builtin': 'chain', 'size': [16, 16, 8]"
 #define FUR    "'builtin': 'fur', 'size': [16, 16, 8]"
 #define MIST   "'builtin': 'homogeneous', 'extinction': 2, 'color': [0.2, 0.4, 0.8]"
+#define HAIR   FUR ", 'shading': 'kajiya-kay'"
 #define SORTED ", 'quality': {'order': 'sorted'}"
 #define TETRA  ", 'path': 'tetra'"
 #define SLABS  ", 'quality': {'slices': 9}"
@@ -78,6 +79,33 @@ static const struct row rows[] = {
     {DIM SHELL(SPHERE, FUR ", 'lit': false", ", 'base': {'color': [1, 0, 0]}") SORTED END,
      "surface sort exact-map media resolve depth occluded voxels cells ambient",
      "TETRA:medium+occluded+exact SURFACE:ambient RESOLVE:"},
+    {ONE SHELL(SPHERE, FUR ", 'lit': false, 'glow': 1", "") END,
+     "entries exact-map media resolve voxels fill", "WALK:medium+exact+fill RESOLVE:"},
+    {CAST SHELL(SPHERE, FUR ", 'absorption': 1", "") END,
+     "entries exact-map media resolve voxels fill light shadow shadow-slices gradients",
+     "CASTER:medium+exact+fill CASTER_RANGE: RANGE_FILL: WALK:medium+lit+exact+dimmed+fill "
+     "RESOLVE:"},
+    {ONE SHELL(SPHERE, MIST ", 'absorption': 1, 'emission': [1, 0, 0]", "") END,
+     "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
+    {ONE SHELL(SPHERE, MIST ", 'extinction_color': [1, 1, 0.5]", "") END,
+     "entries media resolve fill closed-form", "WALK:homogeneous+fill RESOLVE:"},
+    {ONE SHELL(SPHERE, MIST ", 'extinction_color': [1, 1, 1], 'absorption': 0", "") END,
+     "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
+    {ONE SHELL(SPHERE, HAIR, "") END, "entries exact-map media resolve voxels light strands",
+     "WALK:medium+lit+exact+strands RESOLVE:"},
+    {ONE SHELL(SPHERE, HAIR, "") SORTED END,
+     "sort exact-map media resolve voxels cells light strands",
+     "TETRA:medium+lit+exact+strands RESOLVE:"},
+    {ONE SHELL(SPHERE, HAIR ", 'lit': false", "") END, "entries exact-map media resolve voxels",
+     "WALK:medium+exact RESOLVE:"},
+    {DIM SHELL(SPHERE, HAIR, "") END, "entries exact-map media resolve voxels ambient",
+     "WALK:medium+ambient+exact RESOLVE:"},
+    {ONE SHELL(SPHERE, HAIR, "") "}, " SHELL(SPHERE, FUR, "") END,
+     "entries exact-map media resolve voxels light gradients strands overlap",
+     "OVERLAP:lit+exact+strands RESOLVE:"},
+    {ONE SHELL(SPHERE, "'builtin': 'trees', 'size': [16, 16, 8], 'shading': 'kajiya-kay'", "") END,
+     "entries solid exact-map media resolve depth occluded voxels light gradients strands",
+     "WALK:medium+lit+occluded+exact+strands WALK:solid+lit+exact RESOLVE:"},
     {ONE SHELL(SPHERE, MIST, "") END, "entries media resolve closed-form",
      "WALK:homogeneous RESOLVE:"},
     {ONE SHELL(SPHERE, MIST, "") SORTED END, "sort media resolve closed-form cells",
@@ -201,6 +229,8 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_SHADOW_OPAQUE, "hidden"},
                  {FLAG_SHADOW_MEDIA, "dimmed"},
                  {FLAG_POINT, "point"},
+                 {FLAG_STRANDS, "strands"},
+                 {FLAG_FILL, "fill"},
                  {FLAG_FILTER, "filter"},
                  {FLAG_FILTER_VIEW, "view"},
                  {FLAG_LEAP, "leap"},

@@ -1,0 +1,50 @@
+/* See tint.h. */
+#include "renderer/tint.h"
+
+#include <stdio.h>
+
+/* renderer/path/slicing.c sums more than 512 slabs in groups, each of one optical depth, so that
+ * fp32 sums stay within 1e-4. These it sums at once: 4096 terms are off by 1.2e-4 at the worst. */
+enum { SLABS_MAX = 4096 };
+
+static const struct path_object *first_tinted(const struct path_object *objects, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        if (objects[i].shell && volume_has_medium(objects[i].volume) &&
+            volume_is_tinted(objects[i].volume))
+            return &objects[i];
+    return NULL;
+}
+
+bool tint_wanted(const struct path_object *objects, size_t count) {
+    return first_tinted(objects, count) != NULL;
+}
+
+static enum status refuse(const struct path_object *object, const char *why, struct error *err) {
+    char pointer[96];
+    snprintf(pointer, sizeof pointer, "%s/shell/material/extinction_color", object->pointer);
+    return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer, "%s", why);
+}
+
+enum status tint_check(const struct scene *scene, const struct path_object *objects, size_t count,
+                       struct error *err) {
+    const struct path_object *tinted = first_tinted(objects, count);
+    if (!tinted)
+        return STATUS_OK;
+    for (size_t k = 0; k < scene->light_count; k++)
+        if (scene->lights[k].shadow)
+            return refuse(tinted, "this version draws no coloured shadows, and a light throws them",
+                          err);
+    for (size_t i = 0; i < count; i++) {
+        const struct path_object *object = &objects[i];
+        if (!object->shell || !volume_has_medium(object->volume))
+            continue;
+        if (object->object->path == SCENE_PATH_SLICING && object->quality > SLABS_MAX)
+            return refuse(tinted, "by the slicing path at most 4096 slices", err);
+        if (!object->walk && scene->image.background[3] < 1)
+            return refuse(tinted,
+                          "where cells are drawn one by one its alpha is not known: take an opaque "
+                          "background, or `order` `walk`",
+                          err);
+    }
+    return STATUS_OK;
+}
