@@ -69,7 +69,9 @@
        */
 #define FRAME_STEP        7  /* steps per unit of length, 1 / thickness, most steps */
 #define FRAME_NORMAL      8  /* three rows: world normal from the object's gradient */
-#define FRAME_VIEW_D0     11 /* ray direction in the world */
+#define FRAME_VIEW_D0                                                                              \
+    11 /* ray direction in the world; w of a slab: least steps per unit of length in the middle, of  \
+          DU and DV: (|du| / |d0|)^2 */
 #define FRAME_VIEW_DU     12
 #define FRAME_VIEW_DV     13
 #define FRAME_X_ROW       14 /* projection of a point */

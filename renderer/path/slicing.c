@@ -210,11 +210,12 @@ static enum status slicing_prepare(void *state, struct picture *picture, struct 
         const struct path_object *object = &picture->objects[i];
         if (!path_object_drawn(object))
             continue;
+        const struct view *view = &object->projection.view;
+        double spacing = (slicing->slabs.high - slicing->slabs.low) / object->quality;
         if (!object->volume->homogeneous)
-            frame_warn_skipped(object,
-                               (slicing->slabs.high - slicing->slabs.low) / object->quality *
-                                   runs_along_ray(&object->projection.view),
-                               "slices", picture->report);
+            frame_warn_skipped(
+                object, slicing->method ? spacing * runs_along_ray(view) : runs_step(view, spacing),
+                "slices", picture->report);
         if (!slicing->method) {
             status = cell_pass_prepare(slicing->cells, object, picture, err);
             continue;
