@@ -37,6 +37,7 @@
 #include "renderer/gl/context.h"
 #include "renderer/path/cells.h"
 #include "renderer/path/frame.h"
+#include "renderer/path/lists.h"
 #include "renderer/path/path.h"
 #include "renderer/path/polygons.h"
 #include "renderer/path/runs.h"
@@ -55,6 +56,9 @@ enum {
     SQUARE = 4 /* samples along the squares by which cells outside of blocks are dropped */
 };
 
+_Static_assert((int)GROUP_SLABS == (int)PLANE_LISTS_GROUP,
+               "groups are composed as they are listed");
+
 struct slicing {
     struct prism_maps maps;
     struct cell_pass *cells;
@@ -63,6 +67,7 @@ struct slicing {
     GLuint query, array;
     struct polygon_pass *polygons[POLYGON_METHODS]; /* made when first used */
     struct polygon_pass *method;                    /* of the picture; NULL: `slabs` */
+    struct plane_lists *lists;                      /* made when first used */
     struct gl_target group; /* of many slabs, before it is composed; without depth of its own */
 };
 
@@ -74,6 +79,7 @@ static void slicing_destroy(void *state) {
     prism_maps_finish(&slicing->maps);
     for (int i = 0; i < POLYGON_METHODS; i++)
         polygon_pass_destroy(slicing->polygons[i]);
+    plane_lists_destroy(slicing->lists);
     outlines_finish(&slicing->outlines);
     glDeleteQueries(1, &slicing->query);
     glDeleteVertexArrays(1, &slicing->array);
@@ -259,6 +265,25 @@ static void close_parts(struct part *parts, size_t count) {
     free(parts);
 }
 
+/* Which cells of an object are drawn; NULL: all. STATUS_OUT_OF_MEMORY. */
+static enum status choose_cells(const struct path_object *object, const uint8_t *squares,
+                                int columns, uint8_t **wanted, struct error *err) {
+    *wanted = NULL;
+    if (!squares)
+        return STATUS_OK;
+    *wanted = malloc(object->shell->tetra_count + (size_t)1);
+    if (!*wanted)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slabs");
+    slabs_choose(object->shell, &object->projection, squares, SQUARE, columns, *wanted);
+    return STATUS_OK;
+}
+
+/* Whether an object takes part in one of the two draws. */
+static bool takes_part(const struct path_object *object, bool solid) {
+    return object->shell &&
+           (solid ? volume_has_solid(object->volume) : volume_has_medium(object->volume));
+}
+
 static enum status open_parts(const struct slicing *slicing, const struct picture *picture,
                               bool solid, struct part **out, size_t *count, struct error *err) {
     int columns = 0;
@@ -270,14 +295,10 @@ static enum status open_parts(const struct slicing *slicing, const struct pictur
         status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slabs");
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
-        if (!object->shell ||
-            !(solid ? volume_has_solid(object->volume) : volume_has_medium(object->volume)))
+        if (!takes_part(object, solid))
             continue;
-        uint8_t *wanted = squares ? malloc(object->shell->tetra_count + (size_t)1) : NULL;
-        if (wanted)
-            slabs_choose(object->shell, &object->projection, squares, SQUARE, columns, wanted);
-        else if (squares)
-            status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slabs");
+        uint8_t *wanted;
+        status = choose_cells(object, squares, columns, &wanted, err);
         struct part *part = &parts[*count];
         part->object = (uint32_t)i;
         if (status == STATUS_OK)
@@ -377,6 +398,14 @@ static enum status end_group(struct slicing *slicing, struct picture *picture, s
     return gl_check("composing slabs", err);
 }
 
+/* Ends the query. */
+static void count_fragments(const struct slicing *slicing, struct report *report) {
+    GLuint64 fragments = 0;
+    glEndQuery(GL_SAMPLES_PASSED);
+    glGetQueryObjectui64v(slicing->query, GL_QUERY_RESULT, &fragments);
+    report->work.fragments += fragments;
+}
+
 /* Draws the slabs from `end` - 1 down to `begin`. */
 static enum status draw_range(struct slicing *slicing, struct picture *picture, struct part *parts,
                               size_t count, uint32_t begin, uint32_t end, bool solid,
@@ -394,10 +423,52 @@ static enum status draw_range(struct slicing *slicing, struct picture *picture, 
         if (status == STATUS_OK && (waiting(slicing) > BATCH_CORNERS || k == begin))
             status = flush(slicing, picture, solid, err);
     }
-    glEndQuery(GL_SAMPLES_PASSED);
-    GLuint64 fragments = 0;
-    glGetQueryObjectui64v(slicing->query, GL_QUERY_RESULT, &fragments);
-    picture->report->work.fragments += fragments;
+    count_fragments(slicing, picture->report);
+    return status;
+}
+
+/* The hardware method with lists that the device makes; *drawn: whether they are used. */
+static enum status draw_lists(struct slicing *slicing, struct picture *picture, bool solid,
+                              bool *drawn, struct error *err) {
+    uint32_t count = 0, index = 0;
+    *drawn = false;
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (takes_part(&picture->objects[i], solid)) {
+            index = (uint32_t)i;
+            count++;
+        }
+    if (!picture->device_lists || count != 1 ||
+        picture->objects[index].method != SCENE_SLICING_HARDWARE)
+        return STATUS_OK;
+    if (!slicing->lists)
+        slicing->lists = plane_lists_create();
+    int columns = 0;
+    uint8_t *squares = picture->blocks ? find_squares(picture, &columns) : NULL, *wanted = NULL;
+    enum status status = STATUS_OK;
+    if (!slicing->lists || (picture->blocks && !squares))
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slabs");
+    if (status == STATUS_OK)
+        status = choose_cells(&picture->objects[index], squares, columns, &wanted, err);
+    if (status == STATUS_OK)
+        status =
+            plane_lists_open(slicing->lists, picture, index, &slicing->slabs, wanted, drawn, err);
+    free(squares);
+    free(wanted);
+    bool grouped = !solid && slicing->slabs.count > GROUP_SLABS;
+    uint32_t end = *drawn ? slicing->slabs.count : 0;
+    for (uint32_t begin; end > 0 && status == STATUS_OK; end = begin) {
+        begin = end > GROUP_SLABS ? end - GROUP_SLABS : 0;
+        if (grouped)
+            status = begin_group(slicing, picture, err);
+        if (status != STATUS_OK)
+            break;
+        glBeginQuery(GL_SAMPLES_PASSED, slicing->query);
+        status = plane_lists_draw(slicing->lists, slicing->method, slicing->cells, &slicing->maps,
+                                  picture, begin, end, solid, err);
+        count_fragments(slicing, picture->report);
+        if (grouped && status == STATUS_OK)
+            status = end_group(slicing, picture, err);
+    }
     return status;
 }
 
@@ -416,7 +487,11 @@ static enum status draw_slabs(struct slicing *slicing, struct picture *picture, 
         return STATUS_OK; /* all of it lies behind the eye */
     struct part *parts;
     size_t count;
-    enum status status = open_parts(slicing, picture, solid, &parts, &count, err);
+    bool drawn;
+    enum status status = draw_lists(slicing, picture, solid, &drawn, err);
+    if (status != STATUS_OK || drawn)
+        return status;
+    status = open_parts(slicing, picture, solid, &parts, &count, err);
     if (status != STATUS_OK)
         return status;
     outlines_clear(&slicing->outlines);

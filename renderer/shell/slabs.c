@@ -51,6 +51,17 @@ static bool depth_range(const struct shell *shell, const struct projection *proj
     return takes_part && *high > slabs->low;
 }
 
+bool slab_cell_find(const struct shell *shell, const struct projection *projection,
+                    const struct slabs *slabs, uint32_t group, uint32_t cell, const uint8_t *wanted,
+                    uint32_t *first, uint32_t *last) {
+    double low, high;
+    if (!depth_range(shell, projection, slabs, group, cell, wanted, &low, &high))
+        return false;
+    *first = slab_of(slabs, low);
+    *last = slab_of(slabs, high);
+    return true;
+}
+
 enum status slab_cells_find(struct slab_cells *cells, const struct shell *shell,
                             const struct projection *projection, const struct slabs *slabs,
                             uint32_t group, const uint8_t *wanted, struct error *err) {
@@ -79,11 +90,12 @@ enum status slab_cells_find(struct slab_cells *cells, const struct shell *shell,
         cells->count += here;
     }
     for (uint32_t c = 0; c < all; c++) {
-        if (!depth_range(shell, projection, slabs, group, c, wanted, &low, &high))
+        uint32_t first, last;
+        if (!slab_cell_find(shell, projection, slabs, group, c, wanted, &first, &last))
             continue;
-        uint32_t last = slab_of(slabs, high), at = end[last]++;
+        uint32_t at = end[last]++;
         cells->cell[at] = c;
-        cells->first[at] = slab_of(slabs, low);
+        cells->first[at] = first;
         cells->last[at] = last;
     }
     free(end);

@@ -39,6 +39,11 @@ enum status slab_cells_find(struct slab_cells *cells, const struct shell *shell,
                             uint32_t group, const uint8_t *wanted, struct error *err);
 void slab_cells_finish(struct slab_cells *cells); /* takes zeroes */
 
+/* The slabs of one cell of `group` tetrahedra; false where it is left out. */
+bool slab_cell_find(const struct shell *shell, const struct projection *projection,
+                    const struct slabs *slabs, uint32_t group, uint32_t cell, const uint8_t *wanted,
+                    uint32_t *first, uint32_t *last);
+
 /* For measuring alone: puts every cell into every slab, as if nothing were known of their depths.
  */
 void slab_cells_everywhere(struct slab_cells *cells, const struct slabs *slabs);
