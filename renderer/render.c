@@ -409,6 +409,9 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         .object_count = prepared.object_count,
         .occluded = plan.occluded,
         .device_lists = device_lists(renderer),
+        .forced_order = renderer->force & FORCE_NEAREST_FIRST    ? 1
+                        : renderer->force & FORCE_FARTHEST_FIRST ? -1
+                                                                 : 0,
         .report = report,
         .clock = &clock,
     };

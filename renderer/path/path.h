@@ -73,6 +73,7 @@ struct picture {
      * gl_blocks_draw(), and all others under the depth test, which lets nothing through elsewhere.
      */
     const struct gl_blocks *blocks;
+    int forced_order;  /* for measuring alone: slabs nearest first (1) or farthest first (-1) */
     bool device_lists; /* slices as published: the device finds what planes cut (lists.h), not the
                           processor */
     uint8_t *met;      /* NULL, or set by the path's `prepare` to 1 for each sample, the bottom row

@@ -38,6 +38,7 @@
 #include "renderer/path/cells.h"
 #include "renderer/path/frame.h"
 #include "renderer/path/lists.h"
+#include "renderer/path/onward.h"
 #include "renderer/path/path.h"
 #include "renderer/path/polygons.h"
 #include "renderer/path/runs.h"
@@ -53,6 +54,8 @@ enum {
      * apart. */
     GROUP_SLABS = 512,
     BATCH_CORNERS = 1 << 19, /* drawn at a time, so that memory does not grow with the planes */
+    /* Of what is drawn between two looks for what is hidden, which are not counted. */
+    QUERIES = GROUP_SLABS / ONWARD_RUNS + 1,
     SQUARE = 4 /* samples along the squares by which cells outside of blocks are dropped */
 };
 
@@ -64,11 +67,14 @@ struct slicing {
     struct cell_pass *cells;
     struct outlines outlines;
     struct slabs slabs; /* of the picture; `count` is set when drawing, as quality may change */
-    GLuint query, array;
+    GLuint queries[QUERIES], array;
+    int counting;                                   /* which of them */
     struct polygon_pass *polygons[POLYGON_METHODS]; /* made when first used */
     struct polygon_pass *method;                    /* of the picture; NULL: `slabs` */
-    struct plane_lists *lists;                      /* made when first used */
-    struct gl_target group; /* of many slabs, before it is composed; without depth of its own */
+    bool nearest_first;                             /* of the draw */
+    struct onward onward;
+    struct plane_lists *lists; /* made when first used */
+    struct gl_target group;    /* of many slabs, before it is composed; without depth of its own */
 };
 
 static void slicing_destroy(void *state) {
@@ -80,8 +86,9 @@ static void slicing_destroy(void *state) {
     for (int i = 0; i < POLYGON_METHODS; i++)
         polygon_pass_destroy(slicing->polygons[i]);
     plane_lists_destroy(slicing->lists);
+    onward_finish(&slicing->onward);
     outlines_finish(&slicing->outlines);
-    glDeleteQueries(1, &slicing->query);
+    glDeleteQueries(QUERIES, slicing->queries);
     glDeleteVertexArrays(1, &slicing->array);
     gl_target_finish(&slicing->group);
     free(slicing);
@@ -97,7 +104,7 @@ static enum status slicing_create(void **state, struct error *err) {
         free(slicing);
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the slicing path");
     }
-    glCreateQueries(GL_SAMPLES_PASSED, 1, &slicing->query);
+    glCreateQueries(GL_SAMPLES_PASSED, QUERIES, slicing->queries);
     glCreateVertexArrays(1, &slicing->array); /* empty: the triangle comes from no buffer */
     *state = slicing;
     return gl_check("creating the slicing path", err);
@@ -302,8 +309,9 @@ static enum status open_parts(const struct slicing *slicing, const struct pictur
         struct part *part = &parts[*count];
         part->object = (uint32_t)i;
         if (status == STATUS_OK)
-            status = slab_cells_find(&part->cells, object->shell, &object->projection,
-                                     &slicing->slabs, slicing->method ? 3 : 1, wanted, err);
+            status =
+                slab_cells_find(&part->cells, object->shell, &object->projection, &slicing->slabs,
+                                slicing->method ? 3 : 1, wanted, slicing->nearest_first, err);
         if (status == STATUS_OK && object->every_plane)
             slab_cells_everywhere(&part->cells, &slicing->slabs);
         free(wanted);
@@ -328,7 +336,8 @@ static bool append_part(struct slicing *slicing, const struct picture *picture, 
     double low = slabs_plane(&slicing->slabs, k), high = slabs_plane(&slicing->slabs, k + 1);
     if (part->order.shell)
         slab_order_find(&part->order, cells, low, high, turned);
-    for (uint32_t n = 0; n < cells->active_count; n++) {
+    for (uint32_t m = 0; m < cells->active_count; m++) {
+        uint32_t n = slicing->nearest_first ? cells->active_count - 1 - m : m;
         uint32_t at = part->order.shell ? part->order.order[n]
                                         : cells->active[turned ? cells->active_count - 1 - n : n];
         bool appended;
@@ -398,32 +407,52 @@ static enum status end_group(struct slicing *slicing, struct picture *picture, s
     return gl_check("composing slabs", err);
 }
 
-/* Ends the query. */
-static void count_fragments(const struct slicing *slicing, struct report *report) {
-    GLuint64 fragments = 0;
-    glEndQuery(GL_SAMPLES_PASSED);
-    glGetQueryObjectui64v(slicing->query, GL_QUERY_RESULT, &fragments);
-    report->work.fragments += fragments;
+static void begin_counting(struct slicing *slicing) {
+    slicing->counting = 0;
+    glBeginQuery(GL_SAMPLES_PASSED, slicing->queries[0]);
 }
 
-/* Draws the slabs from `end` - 1 down to `begin`. */
+static void end_counting(const struct slicing *slicing, struct report *report) {
+    glEndQuery(GL_SAMPLES_PASSED);
+    for (int q = 0; q <= slicing->counting; q++) {
+        GLuint64 fragments = 0;
+        glGetQueryObjectui64v(slicing->queries[q], GL_QUERY_RESULT, &fragments);
+        report->work.fragments += fragments;
+    }
+}
+
+/* Nearest first: draws what waits, and looks for what that hides. */
+static enum status hide(struct slicing *slicing, struct picture *picture, struct error *err) {
+    enum status status = flush(slicing, picture, false, err);
+    glEndQuery(GL_SAMPLES_PASSED);
+    if (status == STATUS_OK)
+        status = onward_hide(&slicing->onward, picture, err);
+    glBeginQuery(GL_SAMPLES_PASSED, slicing->queries[++slicing->counting]);
+    return status;
+}
+
+/* Draws the slabs from `end` - 1 down to `begin`, or the other way. */
 static enum status draw_range(struct slicing *slicing, struct picture *picture, struct part *parts,
                               size_t count, uint32_t begin, uint32_t end, bool solid,
                               struct error *err) {
     enum status status = STATUS_OK;
-    glBeginQuery(GL_SAMPLES_PASSED, slicing->query);
-    for (uint32_t k = end; k-- > begin && status == STATUS_OK;) {
-        bool turned = k & 1;
+    begin_counting(slicing);
+    for (uint32_t step = 0; step < end - begin && status == STATUS_OK; step++) {
+        /* Nearest first, all is as it is farthest first, seen in a mirror. */
+        uint32_t k = slicing->nearest_first ? begin + step : end - 1 - step;
+        bool turned = k & 1, backward = turned != slicing->nearest_first;
+        if (slicing->nearest_first && step > 0 && step % ONWARD_RUNS == 0)
+            status = hide(slicing, picture, err);
         for (size_t n = 0; n < count && status == STATUS_OK; n++) {
-            struct part *part = &parts[turned ? count - 1 - n : n];
+            struct part *part = &parts[backward ? count - 1 - n : n];
             slab_cells_move(&part->cells, k);
             if (!append_part(slicing, picture, part, k, turned))
                 status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for outlines");
         }
-        if (status == STATUS_OK && (waiting(slicing) > BATCH_CORNERS || k == begin))
+        if (status == STATUS_OK && (waiting(slicing) > BATCH_CORNERS || step + 1 == end - begin))
             status = flush(slicing, picture, solid, err);
     }
-    count_fragments(slicing, picture->report);
+    end_counting(slicing, picture->report);
     return status;
 }
 
@@ -462,10 +491,10 @@ static enum status draw_lists(struct slicing *slicing, struct picture *picture, 
             status = begin_group(slicing, picture, err);
         if (status != STATUS_OK)
             break;
-        glBeginQuery(GL_SAMPLES_PASSED, slicing->query);
+        begin_counting(slicing);
         status = plane_lists_draw(slicing->lists, slicing->method, slicing->cells, &slicing->maps,
                                   picture, begin, end, solid, err);
-        count_fragments(slicing, picture->report);
+        end_counting(slicing, picture->report);
         if (grouped && status == STATUS_OK)
             status = end_group(slicing, picture, err);
     }
@@ -487,24 +516,29 @@ static enum status draw_slabs(struct slicing *slicing, struct picture *picture, 
         return STATUS_OK; /* all of it lies behind the eye */
     struct part *parts;
     size_t count;
-    bool drawn;
+    bool drawn, grouped = !solid && slabs->count > GROUP_SLABS;
     enum status status = draw_lists(slicing, picture, solid, &drawn, err);
     if (status != STATUS_OK || drawn)
         return status;
+    slicing->nearest_first =
+        !solid && !grouped && !slicing->method && onward_pays(picture, slabs->count);
     status = open_parts(slicing, picture, solid, &parts, &count, err);
     if (status != STATUS_OK)
         return status;
     outlines_clear(&slicing->outlines);
-    bool grouped = !solid && slabs->count > GROUP_SLABS;
     uint32_t most = grouped ? GROUP_SLABS : slabs->count, end = slabs->count;
     for (uint32_t begin; end > 0 && status == STATUS_OK; end = begin) {
         begin = end > most ? end - most : 0;
         if (grouped)
             status = begin_group(slicing, picture, err);
+        else if (slicing->nearest_first)
+            status = onward_begin(&slicing->onward, picture, err);
         if (status == STATUS_OK)
             status = draw_range(slicing, picture, parts, count, begin, end, solid, err);
         if (grouped && status == STATUS_OK)
             status = end_group(slicing, picture, err);
+        else if (slicing->nearest_first && status == STATUS_OK)
+            status = onward_end(&slicing->onward, picture, err);
     }
     close_parts(parts, count);
     return status;

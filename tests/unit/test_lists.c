@@ -1,7 +1,7 @@
-/* Lists of what planes cut: those that the device makes (renderer/path/lists.h) against those that the
- * processor makes (renderer/shell/slabs.h). The same cuts in the same order are the same picture, to the
- * bit; and where the processor counts what it cut, the device may have put aside as many or more, since
- * it keeps room for a second polygon. */
+/* Lists of what planes cut: those that the device makes (renderer/path/lists.h) against those that
+ * the processor makes (renderer/shell/slabs.h). The same cuts in the same order are the same
+ * picture, to the bit; and where the processor counts what it cut, the device may have put aside as
+ * many or more, since it keeps room for a second polygon. */
 #include "renderer/force.h"
 #include "tests/support.h"
 
@@ -25,8 +25,8 @@ static void draw(struct render_result *result, uint32_t force, const char *scene
     renderer_force(renderer, 0);
 }
 
-/* Draws a scene both ways; `most`: fraction of fragments that must have been drawn, so that pictures
- * without anything in them are only compared where that is meant. */
+/* Draws a scene both ways; `most`: fraction of fragments that must have been drawn, so that
+ * pictures without anything in them are only compared where that is meant. */
 static void compare_forced(const char *what, uint32_t force, const char *scene, bool empty) {
     struct render_result host, device;
     draw(&host, FORCE_HOST_LISTS | force, scene);
@@ -61,26 +61,23 @@ static void compare(const char *what, const char *scene) {
     "{" image camera "'objects': [{'shell': {'mesh': {" mesh "}, 'thickness': 0.15, 'tiles': [6, " \
     "3], 'material': {" material "}}, 'quality': {'method': 'hardware', 'slices': " slices         \
     "}}]" rest "}"
-#define TORUS    "'shape': 'torus', 'divisions': [24, 12]"
-#define CLOUDS   "'builtin': 'clouds', 'size': [16, 16, 8]"
-#define EVEN     "'builtin': 'homogeneous', 'extinction': 2"
-#define ABOVE    "'camera': {'eye': [0.2, -3, 2.2], 'target': [0, 0, 0]}, "
+#define TORUS  "'shape': 'torus', 'divisions': [24, 12]"
+#define CLOUDS "'builtin': 'clouds', 'size': [16, 16, 8]"
+#define EVEN   "'builtin': 'homogeneous', 'extinction': 2"
+#define ABOVE  "'camera': {'eye': [0.2, -3, 2.2], 'target': [0, 0, 0]}, "
 
-/* Media and solids, unlit and lit, affine and exact; shapes whose normals part at silhouettes, so that
- * edges are named, and whose folds lie over one another, so that the order shows. */
+/* Media and solids, unlit and lit, affine and exact; shapes whose normals part at silhouettes, so
+ * that edges are named, and whose folds lie over one another, so that the order shows. */
 static void test_same_picture(void **state) {
     (void)state;
     compare("torus", SCENE(IMAGE(96), ABOVE, TORUS, CLOUDS, "250", ""));
-    compare("torus, exact",
-            SCENE(IMAGE(64), ABOVE, TORUS, CLOUDS, "200, 'map': 'exact'", ""));
+    compare("torus, exact", SCENE(IMAGE(64), ABOVE, TORUS, CLOUDS, "200, 'map': 'exact'", ""));
     compare("solid", SCENE(IMAGE(64), ABOVE, TORUS, "'builtin': 'chain'", "300", ""));
     compare("teapot",
             SCENE(IMAGE(64), "", "'shape': 'teapot', 'divisions': [4, 4]", CLOUDS, "100", ""));
-    compare("terrain",
-            SCENE(IMAGE(64), "", "'shape': 'terrain', 'divisions': [20, 20]", "'builtin': 'fog'",
-                  "150", ""));
-    compare("few prisms, thick",
-            "{" IMAGE(64) ABOVE
+    compare("terrain", SCENE(IMAGE(64), "", "'shape': 'terrain', 'divisions': [20, 20]",
+                             "'builtin': 'fog'", "150", ""));
+    compare("few prisms, thick", "{" IMAGE(64) ABOVE
             "'objects': [{'shell': {'mesh': {'shape': 'sphere', 'divisions': [5, 3]}, 'thickness': "
             "0.7, 'material': {" CLOUDS "}}, 'quality': {'method': 'hardware', 'slices': 90}}]}");
 }
@@ -88,11 +85,12 @@ static void test_same_picture(void **state) {
 static void test_views(void **state) {
     (void)state;
     compare("the eye inside",
-            SCENE(IMAGE(64), "'camera': {'eye': [1.45, 0, 0], 'target': [0, 0.2, 0]}, ", TORUS, EVEN,
-                  "120", ""));
+            SCENE(IMAGE(64), "'camera': {'eye': [1.45, 0, 0], 'target': [0, 0.2, 0]}, ", TORUS,
+                  EVEN, "120", ""));
     compare("orthographic",
-            SCENE(IMAGE(64), "'camera': {'eye': [3, 1, 2], 'target': [0, 0, 0], 'ortho_height': 3}, ",
-                  TORUS, CLOUDS, "120", ""));
+            SCENE(IMAGE(64),
+                  "'camera': {'eye': [3, 1, 2], 'target': [0, 0, 0], 'ortho_height': 3}, ", TORUS,
+                  CLOUDS, "120", ""));
     /* Planes lie in the shell's own faces. */
     compare("face on",
             SCENE(IMAGE(64), "'camera': {'eye': [0, 0, 5], 'target': [0, 0, 0], 'up': [0, 1, 0]}, ",
@@ -106,16 +104,15 @@ static void test_views(void **state) {
                           "[{'shell': {'mesh': {" TORUS "}, 'thickness': 0.15, 'material': {" CLOUDS
                           "}}, 'transform': {'translate': [1e6, 0, 0]}, 'quality': {'method': "
                           "'hardware', 'slices': 99}}]}");
-    compare("behind a mesh",
-            "{" IMAGE(64) ABOVE "'objects': [{'shell': {'mesh': {" TORUS
-                                "}, 'thickness': 0.15, 'base': {'color': [0.3, 0.2, 0.1]}, "
-                                "'material': {" CLOUDS
-                                "}}, 'quality': {'method': 'hardware', 'slices': 99}}, {'mesh': "
-                                "{'shape': 'sphere', 'radius': 0.7}}]}");
+    compare("behind a mesh", "{" IMAGE(64) ABOVE
+            "'objects': [{'shell': {'mesh': {" TORUS
+            "}, 'thickness': 0.15, 'base': {'color': [0.3, 0.2, 0.1]}, "
+            "'material': {" CLOUDS "}}, 'quality': {'method': 'hardware', 'slices': 99}}, {'mesh': "
+            "{'shape': 'sphere', 'radius': 0.7}}]}");
 }
 
-/* One plane; one more than a group; more than the tables of a batch hold (260,000 cuts); the most there
- * are, in 256 groups; every plane looking at every prism. */
+/* One plane; one more than a group; more than the tables of a batch hold (260,000 cuts); the most
+ * there are, in 256 groups; every plane looking at every prism. */
 static void test_many_and_few(void **state) {
     (void)state;
     compare("one plane", SCENE(IMAGE(32), ABOVE, TORUS, EVEN, "1", ""));
@@ -144,8 +141,7 @@ static void test_many_prisms(void **state) {
 /* Several shells share the planes: there the processor's lists stay. */
 static void test_several_shells(void **state) {
     (void)state;
-    compare("two shells",
-            "{" IMAGE(32) ABOVE
+    compare("two shells", "{" IMAGE(32) ABOVE
             "'objects': [{'shell': {'mesh': {" TORUS "}, 'thickness': 0.1, 'material': {" EVEN
             "}}, 'quality': {'method': 'hardware', 'slices': 40}}, {'shell': {'mesh': {'shape': "
             "'sphere'}, 'thickness': 0.1, 'material': {" EVEN
@@ -155,8 +151,8 @@ static void test_several_shells(void **state) {
 /* Blocks of pixels alone, as an error estimate draws them. */
 static void test_blocks(void **state) {
     (void)state;
-    compare("blocks", SCENE(IMAGE(96), ABOVE, TORUS, CLOUDS, "100",
-                            ", 'report': {'error': 'estimate'}"));
+    compare("blocks",
+            SCENE(IMAGE(96), ABOVE, TORUS, CLOUDS, "100", ", 'report': {'error': 'estimate'}"));
 }
 
 int main(void) {
