@@ -65,13 +65,13 @@
 #define FRAME_DU 4
 #define FRAME_DV 5
 #define FRAME_SCREEN                                                                               \
-    6 /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray                   \
-       */
-#define FRAME_STEP        7  /* steps per unit of length, 1 / thickness, most steps */
-#define FRAME_NORMAL      8  /* three rows: world normal from the object's gradient */
+    6                  /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray  \
+                        */
+#define FRAME_STEP   7 /* steps per unit of length, 1 / thickness, most steps */
+#define FRAME_NORMAL 8 /* three rows: world normal from the object's gradient */
 #define FRAME_VIEW_D0                                                                              \
-    11 /* ray direction in the world; w of a slab: least steps per unit of length in the middle, of  \
-          DU and DV: (|du| / |d0|)^2 */
+    11 /* ray direction in the world; w of a slab: least steps per unit of length in the middle,   \
+          of DU and DV: (|du| / |d0|)^2 */
 #define FRAME_VIEW_DU     12
 #define FRAME_VIEW_DV     13
 #define FRAME_X_ROW       14 /* projection of a point */
@@ -187,7 +187,7 @@
 #define LIST_SORT_CHUNK      128 /* that one invocation sorts */
 #define LIST_BITS            5   /* of the key, in one pass of sorting */
 #define LIST_BINS            32
-#define LIST_FANS            2 /* of a prism whose edges part; of others 1 */
+#define LIST_FANS            2           /* of a prism whose edges part; of others 1 */
 #define LIST_EVEN            0xffffffffu /* a place in the heights: none */
 
 /* A face of a cell is cell << 2 | face; this is none. */

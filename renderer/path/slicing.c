@@ -26,6 +26,9 @@
  * an error (the run's slabs squared) times as large, still of second order. Several shells overlap
  * more often than not, and are drawn slab by slab.
  *
+ * Nearest first. Where a medium hides what is behind it the same is done in a mirror, under what was
+ * drawn before (onward.h).
+ *
  * Methods `software`, `hybrid`, `hardware`: the paper's own, polygons.h; here they share the
  * planes, the lists of what a plane meets, and the alternation.
  *
@@ -522,6 +525,9 @@ static enum status draw_slabs(struct slicing *slicing, struct picture *picture, 
         return status;
     slicing->nearest_first =
         !solid && !grouped && !slicing->method && onward_pays(picture, slabs->count);
+    if (slicing->nearest_first)
+        report_pass(picture->report, "nearest-first",
+                    "a medium lets little through: slabs end where nothing more can be seen");
     status = open_parts(slicing, picture, solid, &parts, &count, err);
     if (status != STATUS_OK)
         return status;

@@ -15,7 +15,7 @@ static const char *const parts[] = {
     "depth",      "occluded",      "voxels",       "closed-form",  "cells",         "eye-inside",
     "fp64",       "light",         "ambient",      "shadow",       "specular",      "gradients",
     "shadow-map", "shadow-slices", "point-lights", "mesh-normals", "base-textures", "OpenImageIO",
-    "tinygltf",   "filter",        "far-solids"};
+    "tinygltf",   "filter",        "far-solids",   "nearest-first"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
