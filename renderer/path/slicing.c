@@ -26,8 +26,8 @@
  * an error (the run's slabs squared) times as large, still of second order. Several shells overlap
  * more often than not, and are drawn slab by slab.
  *
- * Nearest first. Where a medium hides what is behind it the same is done in a mirror, under what was
- * drawn before (onward.h).
+ * Nearest first. Where a medium hides what is behind it the same is done in a mirror, under what
+ * was drawn before (onward.h).
  *
  * Methods `software`, `hybrid`, `hardware`: the paper's own, polygons.h; here they share the
  * planes, the lists of what a plane meets, and the alternation.
