@@ -173,7 +173,9 @@ static void add_shell(const struct path_object *object, const struct slabs *slab
     if (way == SLABS) {
         outlines += counted.depths * planes->runs;
         fragments += counted.depth * planes->runs;
-        steps = fmax(fragments, counted.depth * planes->slabs);
+        const struct view *view = &object->projection.view;
+        steps = fmax(fragments,
+                     counted.depth * planes->slabs * runs_along_ray(view) / runs_step(view, 1));
     } else {
         outlines = way == WALKED ? 0 : outlines;
         steps = fmax(fragments, counted.length * object->quality / object->shell->thickness);

@@ -24,7 +24,11 @@ enum {
     FORCE_SAMPLES = 0x400,     /* 4 samples a pixel; not the same picture but where it is even */
     FORCE_SHADOW = 0x2000,     /* maps of the first light, and all that asks them, for no shadow */
     FORCE_EVERY_PLANE = 0x800, /* planes of the slicing path look at every prism */
-    FORCE_COST = 0x1000,       /* report.choice tells the cost of the path that the scene names */
+    FORCE_DEVICE_LISTS = 0x4000,    /* the device finds what planes cut (renderer/path/lists.h) */
+    FORCE_HOST_LISTS = 0x8000,      /* the processor does */
+    FORCE_NEAREST_FIRST = 0x10000,  /* slabs are drawn so (renderer/path/onward.h), */
+    FORCE_FARTHEST_FIRST = 0x20000, /* or so */
+    FORCE_COST = 0x1000, /* report.choice tells the cost of the path that the scene names */
 };
 
 /* From the next picture on; 0 for what scenes need and no more. */

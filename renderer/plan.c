@@ -352,10 +352,14 @@ void plan_report(const struct plan *plan, const struct scene *scene,
          needs.shells ? "no material has a solid part" : NO_SHELL);
     tell(report, "sort", needs.sorted, "semi-transparent tetrahedra are drawn back to front",
          plan->slices && plan->media
-             ? "slabs are drawn back to front; neighbours in a run of them tell their order"
+             ? "slabs are drawn by their depth; neighbours in a run of them tell their order"
          : plan->media  ? "rays walk from cell to cell, front to back"
          : needs.shells ? "nothing is semi-transparent: the first surface decides"
                         : NO_SHELL);
+    /* The slicing path puts it in where it does so: how many runs of slabs there are is its own. */
+    tell(report, "nearest-first", false, "",
+         plan->slices && plan->media ? "media let too much through, or slabs are few"
+                                     : "no slabs of a medium are drawn");
     tell(report, "exact-map", needs.exact, "textures are read by the prisms' own map",
          needs.curved
              ? "quality.map asks for the tetrahedra's affine map, or slices are as published"

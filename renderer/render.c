@@ -375,6 +375,14 @@ static enum status fulfil(struct renderer *renderer, const struct contest *conte
     return status;
 }
 
+/* Where the device is this processor it has nothing to gain by making its own lists
+ * (renderer/path/README.md). */
+static bool device_lists(const struct renderer *renderer) {
+    if (renderer->force & (FORCE_DEVICE_LISTS | FORCE_HOST_LISTS))
+        return renderer->force & FORCE_DEVICE_LISTS;
+    return !gl_context_info(renderer->context)->software;
+}
+
 /* One picture from beginning to end; *lost is set to the number of pixels that are no number. */
 static enum status render_once(struct renderer *renderer, const struct scene *scene,
                                const struct asset_source *assets,
@@ -403,6 +411,10 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         .occluded = plan.occluded,
         .behind =
             tint_wanted(prepared.objects, prepared.object_count) ? scene->image.background : NULL,
+        .device_lists = device_lists(renderer),
+        .forced_order = renderer->force & FORCE_NEAREST_FIRST    ? 1
+                        : renderer->force & FORCE_FARTHEST_FIRST ? -1
+                                                                 : 0,
         .report = report,
         .clock = &clock,
     };

@@ -82,11 +82,13 @@
 #define FRAME_DU 4
 #define FRAME_DV 5
 #define FRAME_SCREEN                                                                               \
-    6 /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray                   \
-       */
-#define FRAME_STEP        7  /* steps per unit of length, 1 / thickness, most steps */
-#define FRAME_NORMAL      8  /* three rows: world normal from the object's gradient */
-#define FRAME_VIEW_D0     11 /* ray direction in the world */
+    6                  /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray  \
+                        */
+#define FRAME_STEP   7 /* steps per unit of length, 1 / thickness, most steps */
+#define FRAME_NORMAL 8 /* three rows: world normal from the object's gradient */
+#define FRAME_VIEW_D0                                                                              \
+    11 /* ray direction in the world; w of a slab: least steps per unit of length in the middle,   \
+          of DU and DV: (|du| / |d0|)^2 */
 #define FRAME_VIEW_DU     12
 #define FRAME_VIEW_DV     13
 #define FRAME_X_ROW       14 /* projection of a point */
@@ -190,6 +192,27 @@
  * of six corners is on, four bits a corner; or that the shader finds out. */
 #define CUT_CORNERS   6
 #define CUT_UNDECIDED 0xffffffffu
+
+/* Lists of what planes cut, made on the device (renderer/path/lists.h). Storage buffers; GL 4.5
+ * promises a compute stage the points 0 to 7. */
+#define BINDING_LIST_FROM    1 /* entries: prism, first plane, last plane, place in the heights */
+#define BINDING_LIST_TO      2
+#define BINDING_LIST_SUMS    3
+#define BINDING_LIST_BATCHES 4
+#define BINDING_LIST_HEIGHTS 5 /* depths of six vertices, doubles, of prisms whose edges part */
+#define BINDING_LIST_FANS    6 /* of each combination of sides: LIST_FANS words like cut's */
+#define BINDING_LIST_CUTS    7
+#define BINDING_LIST_DRAW    2 /* the command; in the last of the programs */
+#define LOCATION_LIST_PLANES 8 /* doubles: depths of the first plane and past the last, center */
+#define LIST_GROUP           64
+#define LIST_WIDE            256 /* invocations of what one workgroup does */
+#define LIST_PLANES_MAX      512 /* of one group of planes */
+#define LIST_CHUNK           16  /* entries that one invocation puts into their planes */
+#define LIST_SORT_CHUNK      128 /* that one invocation sorts */
+#define LIST_BITS            5   /* of the key, in one pass of sorting */
+#define LIST_BINS            32
+#define LIST_FANS            2           /* of a prism whose edges part; of others 1 */
+#define LIST_EVEN            0xffffffffu /* a place in the heights: none */
 
 /* A face of a cell is cell << 2 | face; this is none. */
 #define LINK_NONE 0xffffffffu

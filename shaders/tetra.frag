@@ -184,7 +184,9 @@ void main() {
         discard;
     float along = length(ray_direction(p)), span = float(end - begin) * along;
 #ifdef SLABS
-    slab_rate = frame[FRAME_STEP].x / along;
+    /* Rays beside the middle are longer in the world, and so are their steps. */
+    float slopes = p.x * p.x * frame[FRAME_VIEW_DU].w + p.y * p.y * frame[FRAME_VIEW_DV].w;
+    slab_rate = max(frame[FRAME_STEP].x / along, frame[FRAME_VIEW_D0].w * inversesqrt(1.0 + slopes));
 #endif
 
 #ifdef RANGE

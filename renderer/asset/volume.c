@@ -108,6 +108,18 @@ float volume_medium_max(const float *medium, const int size[3]) {
     return max;
 }
 
+static float medium_through(const struct volume *volume) {
+    size_t columns = (size_t)volume->size[0] * (size_t)volume->size[1];
+    double sum = 0;
+    for (size_t c = 0; c < columns; c++) {
+        double tau = 0;
+        for (int w = 0; volume->medium && w < volume->size[2]; w++)
+            tau += (double)volume->medium[4 * ((size_t)w * columns + c) + 3] / volume->size[2];
+        sum += exp(-tau);
+    }
+    return columns ? (float)(sum / (double)columns) : 1;
+}
+
 /* A member's pointer below the material's. */
 static enum status member_fault(struct error *err, enum status status, const char *pointer,
                                 const char *member, const char *message) {
@@ -288,6 +300,7 @@ static enum status make_voxels(const struct scene_material *spec, double thickne
                                   volume->size[0], volume->size[1], volume->size[2]);
     size_t count = (size_t)volume->size[0] * (size_t)volume->size[1] * (size_t)volume->size[2];
     volume->bytes = sizeof(struct entry) + sizeof(struct voxels);
+    volume->medium_through = medium_through(volume);
     volume->bytes +=
         ((volume->medium != NULL) + (volume->solid != NULL) + (volume->strands != NULL)) * count *
         16;

@@ -31,6 +31,9 @@ struct volume {
      * sigma * thickness = -log1p(-alpha) * size[2] for a voxel of stored alpha. */
     float *medium;
     float medium_max; /* largest extinction * thickness */
+    /* What it lets through straight across, on the mean over all columns of voxels; 1: no medium.
+     */
+    float medium_through;
 
     /* NULL where the material has no solid. Per voxel 4 floats: s-weighted linear colour, then
      * s = clamp(1/2 + d/2, 0, 1), d the signed depth below the surface in voxels. Voxels with

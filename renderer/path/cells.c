@@ -10,6 +10,7 @@
 #include "renderer/gl/context.h"
 #include "renderer/path/frame.h"
 #include "renderer/path/resident.h"
+#include "renderer/path/runs.h"
 #include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
 #include "renderer/shell/precision.h"
@@ -360,7 +361,8 @@ enum status cell_pass_draw(struct cell_pass *pass, struct picture *picture,
             frame_set_view(&frame, picture, &object->projection.view, object);
             frame_set_shell(&frame, object);
             if (slabs)
-                frame_set_spacing(&frame, outlines->spacing);
+                frame_set_spacing(&frame, outlines->spacing,
+                                  runs_step(&object->projection.view, outlines->spacing));
             frame_bind(&frame, &pass->frame_buffer);
             shadow_bind(picture, &object->projection.view, object);
             glUseProgram(program);

@@ -19,6 +19,12 @@ void frame_clear(struct frame *frame) {
     memset(frame, 0, sizeof *frame);
 }
 
+/* Of the ray at the edge of the picture that a half side v leads to; 0 in orthographic views. */
+static float slope_squared(const double v[3], double distance) {
+    double slope = hypot(hypot(v[0], v[1]), v[2]) / distance;
+    return (float)(slope * slope);
+}
+
 void frame_set_view(struct frame *frame, const struct picture *picture, const struct view *view,
                     const struct path_object *object) {
     set3(frame->v[FRAME_O0], view->o0);
@@ -43,6 +49,9 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
     set3(frame->v[FRAME_VIEW_D0], picture->world.d0);
     set3(frame->v[FRAME_VIEW_DU], picture->world.du);
     set3(frame->v[FRAME_VIEW_DV], picture->world.dv);
+    double length = hypot(hypot(picture->world.d0[0], picture->world.d0[1]), picture->world.d0[2]);
+    frame->v[FRAME_VIEW_DU][3] = slope_squared(picture->world.du, length);
+    frame->v[FRAME_VIEW_DV][3] = slope_squared(picture->world.dv, length);
     for (int i = 0; i < 4; i++) {
         frame->v[FRAME_X_ROW][i] = (float)view->x_row[i];
         frame->v[FRAME_Y_ROW][i] = (float)view->y_row[i];
@@ -142,10 +151,11 @@ void frame_set_shell(struct frame *frame, const struct path_object *object) {
     frame->v[FRAME_MATERIAL][1] = volume->shininess;
 }
 
-void frame_set_spacing(struct frame *frame, double spacing) {
+void frame_set_spacing(struct frame *frame, double spacing, double step) {
     /* A step may be longer by a 63rd, so that what rounds a run of slabs up costs no step more. */
     frame->v[FRAME_STEP][0] = (float)(63.0 / 64 / spacing);
     frame->v[FRAME_STEP][2] = PATH_STEPS_MAX;
+    frame->v[FRAME_VIEW_D0][3] = (float)(63.0 / 64 / step);
 }
 
 void frame_bind(const struct frame *frame, GLuint *buffer) {

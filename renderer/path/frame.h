@@ -20,9 +20,10 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
 /* Shell: step length, extinction scale, voxels, material constants. */
 void frame_set_shell(struct frame *frame, const struct path_object *object);
 
-/* For shaders/slabs.frag: steps no longer than from plane to plane, `spacing` apart in H (view.h).
- */
-void frame_set_spacing(struct frame *frame, double spacing);
+/* For shaders/slabs.frag: steps no longer than from plane to plane, `spacing` apart in H (view.h),
+ * nor than `step`, object units, in the middle of the picture (runs_step()). After
+ * frame_set_view(). */
+void frame_set_spacing(struct frame *frame, double spacing, double step);
 
 /* The most steps any segment of the object's shell needs; a segment takes PATH_STEPS_MAX at most
  * (it bounds every loop; a driver ends a longer one silently at 65,535). */

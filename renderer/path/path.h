@@ -77,10 +77,13 @@ struct picture {
      * gl_blocks_draw(), and all others under the depth test, which lets nothing through elsewhere.
      */
     const struct gl_blocks *blocks;
-    uint8_t *met; /* NULL, or set by the path's `prepare` to 1 for each sample, the bottom row
-                     first, whose ray meets a shell */
-    bool depth;   /* set by the path's `prepare` where its draws need a depth buffer that the plan
-                     knows nothing of */
+    int forced_order;  /* for measuring alone: slabs nearest first (1) or farthest first (-1) */
+    bool device_lists; /* slices as published: the device finds what planes cut (lists.h), not the
+                          processor */
+    uint8_t *met;      /* NULL, or set by the path's `prepare` to 1 for each sample, the bottom row
+                          first, whose ray meets a shell */
+    bool depth; /* set by the path's `prepare` where its draws need a depth buffer that the plan
+                   knows nothing of */
     uint64_t approximate; /* set by the path's `prepare`: samples whose overlapping colours it
                              cannot mix in the right order */
     bool cold;            /* set where a shader was compiled */

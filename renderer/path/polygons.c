@@ -223,14 +223,13 @@ static unsigned sides_of(const struct path_object *object, uint32_t prism, doubl
     return sides;
 }
 
-/* Whether normal edges may be cut both ways (slice.h): they never are where all go the same way. */
-static bool edges_part(const struct path_object *object, uint32_t prism) {
+bool polygons_part(const struct path_object *object, uint32_t prism, double height[6]) {
     bool onward = false, back = false;
+    for (int v = 0; v < 6; v++)
+        height[v] = object->projection.clip[vertex_of(object->shell, prism, v)][2];
     for (int v = 0; v < 3; v++) {
-        double bottom = object->projection.clip[vertex_of(object->shell, prism, v)][2];
-        double top = object->projection.clip[vertex_of(object->shell, prism, v + 3)][2];
-        onward |= bottom < top;
-        back |= bottom > top;
+        onward |= height[v] < height[v + 3];
+        back |= height[v] > height[v + 3];
     }
     return onward && back;
 }
@@ -239,20 +238,6 @@ static void append_cut(struct polygon_pass *pass, uint32_t prism, float plane, u
     pass->cuts[pass->count++] = (struct cut){prism, plane, edges};
     pass->index_count += CUT_INDICES;
     extend_run(pass);
-}
-
-/* A polygon whose edges are named, in fans of six corners around its first; what is short of six
- * repeats the last. */
-static void append_named(struct polygon_pass *pass, uint32_t prism, float plane,
-                         const uint8_t *edge, int corners) {
-    for (int begin = 1; begin + 1 < corners; begin += CUT_CORNERS - 2) {
-        uint32_t edges = edge[0];
-        for (int i = 1; i < CUT_CORNERS; i++) {
-            int at = begin + i - 1 < corners ? begin + i - 1 : corners - 1;
-            edges |= (uint32_t)edge[at] << (4 * i);
-        }
-        append_cut(pass, prism, plane, edges);
-    }
 }
 
 /* The shader decides. Only where the paper's six corners cannot say what is cut are edges named. */
@@ -266,13 +251,17 @@ static bool append_hardware(struct polygon_pass *pass, const struct path_object 
         return false;
     float plane = (float)(h - object->projection.view.h_row[3]);
     unsigned sides = 0;
-    bool named = edges_part(object, prism) && !slice_in_table(sides = sides_of(object, prism, h));
+    double height[6];
+    bool named =
+        polygons_part(object, prism, height) && !slice_in_table(sides = sides_of(object, prism, h));
     const struct slice_case *cut = &pass->cases[sides];
     if (!named) {
         append_cut(pass, prism, plane, CUT_UNDECIDED);
     } else {
-        append_named(pass, prism, plane, cut->edge, cut->first);
-        append_named(pass, prism, plane, cut->edge + cut->first, cut->count - cut->first);
+        uint32_t fan[SLICE_FANS];
+        int fans = slice_make_fans(cut, fan);
+        for (int i = 0; i < fans; i++)
+            append_cut(pass, prism, plane, fan[i]);
     }
     return true;
 }
@@ -304,21 +293,13 @@ size_t polygon_pass_corners(const struct polygon_pass *pass) {
     return pass->method == SCENE_SLICING_HARDWARE ? CUT_INDICES * pass->count : pass->count;
 }
 
-/* Indices do not depend on what is cut, and stay on the device. */
-static enum status upload_cuts(struct polygon_pass *pass, struct report *report,
-                               struct error *err) {
-    if (pass->count > (size_t)pass->texels_max)
-        return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
-                           "a plane that cuts some %zu prisms: this GL holds %d in one table",
-                           pass->count, (int)pass->texels_max);
-    size_t bytes = pass->count * sizeof *pass->cuts;
-    glNamedBufferData(pass->vertices, (GLsizeiptr)bytes, pass->cuts, GL_STREAM_DRAW);
-    glTextureBuffer(pass->cut_texture, GL_RGB32UI, pass->vertices);
-    report->work.upload_bytes += bytes;
-    if (pass->count <= pass->indexed)
+/* Indices of `cuts` fans. They do not depend on what is cut, and stay on the device. */
+static enum status index_cuts(struct polygon_pass *pass, size_t cuts, struct report *report,
+                              struct error *err) {
+    if (cuts <= pass->indexed)
         return STATUS_OK;
     void *list = pass->indices;
-    if (!cells_grow(&list, 0, pass->index_count, &pass->index_capacity, sizeof *pass->indices))
+    if (!cells_grow(&list, 0, CUT_INDICES * cuts, &pass->index_capacity, sizeof *pass->indices))
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slices");
     pass->indices = list;
     size_t n = 0;
@@ -335,6 +316,19 @@ static enum status upload_cuts(struct polygon_pass *pass, struct report *report,
     return STATUS_OK;
 }
 
+static enum status upload_cuts(struct polygon_pass *pass, struct report *report,
+                               struct error *err) {
+    if (pass->count > (size_t)pass->texels_max)
+        return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
+                           "a plane that cuts some %zu prisms: this GL holds %d in one table",
+                           pass->count, (int)pass->texels_max);
+    size_t bytes = pass->count * sizeof *pass->cuts;
+    glNamedBufferData(pass->vertices, (GLsizeiptr)bytes, pass->cuts, GL_STREAM_DRAW);
+    glTextureBuffer(pass->cut_texture, GL_RGB32UI, pass->vertices);
+    report->work.upload_bytes += bytes;
+    return index_cuts(pass, pass->count, report, err);
+}
+
 static void upload_corners(struct polygon_pass *pass, struct report *report) {
     bool full = pass->method == SCENE_SLICING_SOFTWARE;
     size_t vertex_bytes = pass->count * (full ? sizeof *pass->full : sizeof *pass->named);
@@ -343,6 +337,33 @@ static void upload_corners(struct polygon_pass *pass, struct report *report) {
     glNamedBufferData(pass->vertices, (GLsizeiptr)vertex_bytes, data, GL_STREAM_DRAW);
     glNamedBufferData(pass->elements, (GLsizeiptr)index_bytes, pass->indices, GL_STREAM_DRAW);
     report->work.upload_bytes += vertex_bytes + index_bytes;
+}
+
+/* All that a draw of one object needs but its corners. */
+static enum status bind_object(struct polygon_pass *pass, struct cell_pass *tables,
+                               struct prism_maps *maps, struct picture *picture, uint32_t index,
+                               double spacing, bool solid, struct error *err) {
+    const struct path_object *object = &picture->objects[index];
+    GLuint program;
+    enum status status =
+        gl_programs_get(picture->programs, pass->program,
+                        variant_in_picture(object, picture, solid), &program, &picture->cold, err);
+    if (status != STATUS_OK)
+        return status;
+    struct frame frame;
+    frame_clear(&frame);
+    frame_set_view(&frame, picture, &object->projection.view, object);
+    frame_set_shell(&frame, object);
+    frame.v[FRAME_STEP][0] = 0; /* one step from plane to plane */
+    frame_bind(&frame, &pass->frame_buffer);
+    shadow_bind(picture, &object->projection.view, object);
+    glUseProgram(program);
+    if (!solid)
+        glProgramUniform1f(program, 0, (float)spacing);
+    glBindTextureUnit(BINDING_CELLS, cell_pass_table(tables, object->shell));
+    prism_maps_bind(maps, object);
+    cells_bind_textures(object, solid);
+    return STATUS_OK;
 }
 
 enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *tables,
@@ -362,27 +383,10 @@ enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *table
     uint32_t bound = UINT32_MAX;
     for (size_t r = 0; r < pass->run_count && status == STATUS_OK; r++) {
         const struct cell_run *run = &pass->runs[r];
-        const struct path_object *object = &picture->objects[run->object];
         if (run->object != bound) {
-            GLuint program;
-            status = gl_programs_get(picture->programs, pass->program,
-                                     variant_in_picture(object, picture, solid), &program,
-                                     &picture->cold, err);
+            status = bind_object(pass, tables, maps, picture, run->object, spacing, solid, err);
             if (status != STATUS_OK)
                 break;
-            struct frame frame;
-            frame_clear(&frame);
-            frame_set_view(&frame, picture, &object->projection.view, object);
-            frame_set_shell(&frame, object);
-            frame.v[FRAME_STEP][0] = 0; /* one step from plane to plane */
-            frame_bind(&frame, &pass->frame_buffer);
-            shadow_bind(picture, &object->projection.view, object);
-            glUseProgram(program);
-            if (!solid)
-                glProgramUniform1f(program, 0, (float)spacing);
-            glBindTextureUnit(BINDING_CELLS, cell_pass_table(tables, object->shell));
-            prism_maps_bind(maps, object);
-            cells_bind_textures(object, solid);
             bound = run->object;
         }
         glDrawElements(GL_TRIANGLES, (GLsizei)run->count, GL_UNSIGNED_INT,
@@ -391,4 +395,23 @@ enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *table
     }
     pass->count = pass->index_count = pass->run_count = pass->polygon_count = 0;
     return status == STATUS_OK ? gl_check("drawing slices", err) : status;
+}
+
+enum status polygon_pass_draw_list(struct polygon_pass *pass, struct cell_pass *tables,
+                                   struct prism_maps *maps, struct picture *picture, uint32_t index,
+                                   double spacing, bool solid, const struct polygon_list *list,
+                                   struct error *err) {
+    enum status status = index_cuts(pass, list->most, picture->report, err);
+    if (status == STATUS_OK)
+        status = bind_object(pass, tables, maps, picture, index, spacing, solid, err);
+    if (status != STATUS_OK)
+        return status;
+    glBindTextureUnit(BINDING_CUTS, list->cuts);
+    glBindVertexArray(pass->array);
+    glDisable(GL_CULL_FACE);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, list->command);
+    glDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_INT, NULL);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
+    picture->report->work.draws++;
+    return gl_check("drawing slices", err);
 }

@@ -39,4 +39,20 @@ enum status polygon_pass_draw(struct polygon_pass *pass, struct cell_pass *table
                               struct prism_maps *maps, struct picture *picture, double spacing,
                               bool solid, struct error *err);
 
+/* Whether a prism's normal edges may be cut both ways (slice.h): they never are where all go the
+ * same way. Sets the depths of its six vertices. */
+bool polygons_part(const struct path_object *object, uint32_t prism, double height[6]);
+
+/* Cuts that are on the device already (lists.h), of one object, and how many they are at most. */
+struct polygon_list {
+    GLuint cuts;    /* texture, as BINDING_CUTS has it */
+    GLuint command; /* that draws them: how many they are only the device knows */
+    size_t most;
+};
+/* Draws them; of the hardware method alone. */
+enum status polygon_pass_draw_list(struct polygon_pass *pass, struct cell_pass *tables,
+                                   struct prism_maps *maps, struct picture *picture, uint32_t index,
+                                   double spacing, bool solid, const struct polygon_list *list,
+                                   struct error *err);
+
 #endif

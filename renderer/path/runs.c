@@ -25,6 +25,17 @@ double runs_along_ray(const struct view *view) {
     return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
+/* Where a transform flattens a shell, planes that are near in the world are far apart along a ray
+ * in the object: 4,096 slabs over a plane flattened by 1e3 are 2.5 of its thicknesses each, and one
+ * step for each, through all of its voxels, is no better than no picture. Nor need a step be as
+ * long: straight across, the same planes lie as close as they do in the object as it was modelled.
+ * Since h . d0 = 1 that is never more than along the ray (|h| |d0| >= 1), and as much where angles
+ * are kept. */
+double runs_step(const struct view *view, double spacing) {
+    const double *h = view->h_row;
+    return spacing / sqrt(h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
+}
+
 /* Planes as published are drawn one by one. Solids hide one another by depth: there a run is as
  * long as a loop may be. Several media are mixed slab by slab. Else a run is no thicker than the
  * shell, so that what it holds of a ray is one stretch, mostly (500 layers in one pixel, RMSE:

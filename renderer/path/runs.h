@@ -12,6 +12,12 @@ void runs_find_range(const struct path_object *objects, size_t count, struct sla
 /* What a unit of H (view.h) is along the ray through the middle of the picture, object units. */
 double runs_along_ray(const struct view *view);
 
+/* The longest step, object units, that the part of a ray through the middle of the picture takes
+ * where slabs are `spacing` apart in H: the way between the planes straight across, in the object's
+ * space. Along the ray it is as much, unless the transform stretches some directions more than
+ * others. */
+double runs_step(const struct view *view, double spacing);
+
 /* How many slabs of a thickness `spacing`, in H, are drawn at once, at least 1, by the methods that
  * the objects hold: after path.choose(). `solid`: by the draw of solids, else by that of media. */
 uint32_t runs_slabs(const struct path_object *objects, size_t count, double spacing, bool solid);

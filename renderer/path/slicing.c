@@ -26,6 +26,9 @@
  * an error (the run's slabs squared) times as large, still of second order. Several shells overlap
  * more often than not, and are drawn slab by slab.
  *
+ * Nearest first. Where a medium hides what is behind it the same is done in a mirror, under what
+ * was drawn before (onward.h).
+ *
  * Methods `software`, `hybrid`, `hardware`: the paper's own, polygons.h; here they share the
  * planes, the lists of what a plane meets, and the alternation.
  *
@@ -37,6 +40,8 @@
 #include "renderer/gl/context.h"
 #include "renderer/path/cells.h"
 #include "renderer/path/frame.h"
+#include "renderer/path/lists.h"
+#include "renderer/path/onward.h"
 #include "renderer/path/path.h"
 #include "renderer/path/polygons.h"
 #include "renderer/path/runs.h"
@@ -52,18 +57,27 @@ enum {
      * apart. */
     GROUP_SLABS = 512,
     BATCH_CORNERS = 1 << 19, /* drawn at a time, so that memory does not grow with the planes */
+    /* Of what is drawn between two looks for what is hidden, which are not counted. */
+    QUERIES = GROUP_SLABS / ONWARD_RUNS + 1,
     SQUARE = 4 /* samples along the squares by which cells outside of blocks are dropped */
 };
+
+_Static_assert((int)GROUP_SLABS == (int)PLANE_LISTS_GROUP,
+               "groups are composed as they are listed");
 
 struct slicing {
     struct prism_maps maps;
     struct cell_pass *cells;
     struct outlines outlines;
     struct slabs slabs; /* of the picture; `count` is set when drawing, as quality may change */
-    GLuint query, array;
+    GLuint queries[QUERIES], array;
+    int counting;                                   /* which of them */
     struct polygon_pass *polygons[POLYGON_METHODS]; /* made when first used */
     struct polygon_pass *method;                    /* of the picture; NULL: `slabs` */
-    struct gl_target group; /* of many slabs, before it is composed; without depth of its own */
+    bool nearest_first;                             /* of the draw */
+    struct onward onward;
+    struct plane_lists *lists; /* made when first used */
+    struct gl_target group;    /* of many slabs, before it is composed; without depth of its own */
 };
 
 static void slicing_destroy(void *state) {
@@ -74,8 +88,10 @@ static void slicing_destroy(void *state) {
     prism_maps_finish(&slicing->maps);
     for (int i = 0; i < POLYGON_METHODS; i++)
         polygon_pass_destroy(slicing->polygons[i]);
+    plane_lists_destroy(slicing->lists);
+    onward_finish(&slicing->onward);
     outlines_finish(&slicing->outlines);
-    glDeleteQueries(1, &slicing->query);
+    glDeleteQueries(QUERIES, slicing->queries);
     glDeleteVertexArrays(1, &slicing->array);
     gl_target_finish(&slicing->group);
     free(slicing);
@@ -91,7 +107,7 @@ static enum status slicing_create(void **state, struct error *err) {
         free(slicing);
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the slicing path");
     }
-    glCreateQueries(GL_SAMPLES_PASSED, 1, &slicing->query);
+    glCreateQueries(GL_SAMPLES_PASSED, QUERIES, slicing->queries);
     glCreateVertexArrays(1, &slicing->array); /* empty: the triangle comes from no buffer */
     *state = slicing;
     return gl_check("creating the slicing path", err);
@@ -213,11 +229,12 @@ static enum status slicing_prepare(void *state, struct picture *picture, struct 
         const struct path_object *object = &picture->objects[i];
         if (!path_object_drawn(object))
             continue;
+        const struct view *view = &object->projection.view;
+        double spacing = (slicing->slabs.high - slicing->slabs.low) / object->quality;
         if (!object->volume->homogeneous)
-            frame_warn_skipped(object,
-                               (slicing->slabs.high - slicing->slabs.low) / object->quality *
-                                   runs_along_ray(&object->projection.view),
-                               "slices", picture->report);
+            frame_warn_skipped(
+                object, slicing->method ? spacing * runs_along_ray(view) : runs_step(view, spacing),
+                "slices", picture->report);
         if (!slicing->method) {
             status = cell_pass_prepare(slicing->cells, object, picture, err);
             continue;
@@ -261,6 +278,25 @@ static void close_parts(struct part *parts, size_t count) {
     free(parts);
 }
 
+/* Which cells of an object are drawn; NULL: all. STATUS_OUT_OF_MEMORY. */
+static enum status choose_cells(const struct path_object *object, const uint8_t *squares,
+                                int columns, uint8_t **wanted, struct error *err) {
+    *wanted = NULL;
+    if (!squares)
+        return STATUS_OK;
+    *wanted = malloc(object->shell->tetra_count + (size_t)1);
+    if (!*wanted)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slabs");
+    slabs_choose(object->shell, &object->projection, squares, SQUARE, columns, *wanted);
+    return STATUS_OK;
+}
+
+/* Whether an object takes part in one of the two draws. */
+static bool takes_part(const struct path_object *object, bool solid) {
+    return object->shell &&
+           (solid ? volume_has_solid(object->volume) : volume_has_medium(object->volume));
+}
+
 static enum status open_parts(const struct slicing *slicing, const struct picture *picture,
                               bool solid, struct part **out, size_t *count, struct error *err) {
     int columns = 0;
@@ -272,19 +308,16 @@ static enum status open_parts(const struct slicing *slicing, const struct pictur
         status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slabs");
     for (size_t i = 0; i < picture->object_count && status == STATUS_OK; i++) {
         const struct path_object *object = &picture->objects[i];
-        if (!object->shell ||
-            !(solid ? volume_has_solid(object->volume) : volume_has_medium(object->volume)))
+        if (!takes_part(object, solid))
             continue;
-        uint8_t *wanted = squares ? malloc(object->shell->tetra_count + (size_t)1) : NULL;
-        if (wanted)
-            slabs_choose(object->shell, &object->projection, squares, SQUARE, columns, wanted);
-        else if (squares)
-            status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slabs");
+        uint8_t *wanted;
+        status = choose_cells(object, squares, columns, &wanted, err);
         struct part *part = &parts[*count];
         part->object = (uint32_t)i;
         if (status == STATUS_OK)
-            status = slab_cells_find(&part->cells, object->shell, &object->projection,
-                                     &slicing->slabs, slicing->method ? 3 : 1, wanted, err);
+            status =
+                slab_cells_find(&part->cells, object->shell, &object->projection, &slicing->slabs,
+                                slicing->method ? 3 : 1, wanted, slicing->nearest_first, err);
         if (status == STATUS_OK && object->every_plane)
             slab_cells_everywhere(&part->cells, &slicing->slabs);
         free(wanted);
@@ -309,7 +342,8 @@ static bool append_part(struct slicing *slicing, const struct picture *picture, 
     double low = slabs_plane(&slicing->slabs, k), high = slabs_plane(&slicing->slabs, k + 1);
     if (part->order.shell)
         slab_order_find(&part->order, cells, low, high, turned);
-    for (uint32_t n = 0; n < cells->active_count; n++) {
+    for (uint32_t m = 0; m < cells->active_count; m++) {
+        uint32_t n = slicing->nearest_first ? cells->active_count - 1 - m : m;
         uint32_t at = part->order.shell ? part->order.order[n]
                                         : cells->active[turned ? cells->active_count - 1 - n : n];
         bool appended;
@@ -379,27 +413,97 @@ static enum status end_group(struct slicing *slicing, struct picture *picture, s
     return gl_check("composing slabs", err);
 }
 
-/* Draws the slabs from `end` - 1 down to `begin`. */
+static void begin_counting(struct slicing *slicing) {
+    slicing->counting = 0;
+    glBeginQuery(GL_SAMPLES_PASSED, slicing->queries[0]);
+}
+
+static void end_counting(const struct slicing *slicing, struct report *report) {
+    glEndQuery(GL_SAMPLES_PASSED);
+    for (int q = 0; q <= slicing->counting; q++) {
+        GLuint64 fragments = 0;
+        glGetQueryObjectui64v(slicing->queries[q], GL_QUERY_RESULT, &fragments);
+        report->work.fragments += fragments;
+    }
+}
+
+/* Nearest first: draws what waits, and looks for what that hides. */
+static enum status hide(struct slicing *slicing, struct picture *picture, struct error *err) {
+    enum status status = flush(slicing, picture, false, err);
+    glEndQuery(GL_SAMPLES_PASSED);
+    if (status == STATUS_OK)
+        status = onward_hide(&slicing->onward, picture, err);
+    glBeginQuery(GL_SAMPLES_PASSED, slicing->queries[++slicing->counting]);
+    return status;
+}
+
+/* Draws the slabs from `end` - 1 down to `begin`, or the other way. */
 static enum status draw_range(struct slicing *slicing, struct picture *picture, struct part *parts,
                               size_t count, uint32_t begin, uint32_t end, bool solid,
                               struct error *err) {
     enum status status = STATUS_OK;
-    glBeginQuery(GL_SAMPLES_PASSED, slicing->query);
-    for (uint32_t k = end; k-- > begin && status == STATUS_OK;) {
-        bool turned = k & 1;
+    begin_counting(slicing);
+    for (uint32_t step = 0; step < end - begin && status == STATUS_OK; step++) {
+        /* Nearest first, all is as it is farthest first, seen in a mirror. */
+        uint32_t k = slicing->nearest_first ? begin + step : end - 1 - step;
+        bool turned = k & 1, backward = turned != slicing->nearest_first;
+        if (slicing->nearest_first && step > 0 && step % ONWARD_RUNS == 0)
+            status = hide(slicing, picture, err);
         for (size_t n = 0; n < count && status == STATUS_OK; n++) {
-            struct part *part = &parts[turned ? count - 1 - n : n];
+            struct part *part = &parts[backward ? count - 1 - n : n];
             slab_cells_move(&part->cells, k);
             if (!append_part(slicing, picture, part, k, turned))
                 status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for outlines");
         }
-        if (status == STATUS_OK && (waiting(slicing) > BATCH_CORNERS || k == begin))
+        if (status == STATUS_OK && (waiting(slicing) > BATCH_CORNERS || step + 1 == end - begin))
             status = flush(slicing, picture, solid, err);
     }
-    glEndQuery(GL_SAMPLES_PASSED);
-    GLuint64 fragments = 0;
-    glGetQueryObjectui64v(slicing->query, GL_QUERY_RESULT, &fragments);
-    picture->report->work.fragments += fragments;
+    end_counting(slicing, picture->report);
+    return status;
+}
+
+/* The hardware method with lists that the device makes; *drawn: whether they are used. */
+static enum status draw_lists(struct slicing *slicing, struct picture *picture, bool solid,
+                              bool *drawn, struct error *err) {
+    uint32_t count = 0, index = 0;
+    *drawn = false;
+    for (size_t i = 0; i < picture->object_count; i++)
+        if (takes_part(&picture->objects[i], solid)) {
+            index = (uint32_t)i;
+            count++;
+        }
+    if (!picture->device_lists || count != 1 ||
+        picture->objects[index].method != SCENE_SLICING_HARDWARE)
+        return STATUS_OK;
+    if (!slicing->lists)
+        slicing->lists = plane_lists_create();
+    int columns = 0;
+    uint8_t *squares = picture->blocks ? find_squares(picture, &columns) : NULL, *wanted = NULL;
+    enum status status = STATUS_OK;
+    if (!slicing->lists || (picture->blocks && !squares))
+        status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slabs");
+    if (status == STATUS_OK)
+        status = choose_cells(&picture->objects[index], squares, columns, &wanted, err);
+    if (status == STATUS_OK)
+        status =
+            plane_lists_open(slicing->lists, picture, index, &slicing->slabs, wanted, drawn, err);
+    free(squares);
+    free(wanted);
+    bool grouped = !solid && slicing->slabs.count > GROUP_SLABS && !picture->behind;
+    uint32_t end = *drawn ? slicing->slabs.count : 0;
+    for (uint32_t begin; end > 0 && status == STATUS_OK; end = begin) {
+        begin = end > GROUP_SLABS ? end - GROUP_SLABS : 0;
+        if (grouped)
+            status = begin_group(slicing, picture, err);
+        if (status != STATUS_OK)
+            break;
+        begin_counting(slicing);
+        status = plane_lists_draw(slicing->lists, slicing->method, slicing->cells, &slicing->maps,
+                                  picture, begin, end, solid, err);
+        end_counting(slicing, picture->report);
+        if (grouped && status == STATUS_OK)
+            status = end_group(slicing, picture, err);
+    }
     return status;
 }
 
@@ -418,21 +522,33 @@ static enum status draw_slabs(struct slicing *slicing, struct picture *picture, 
         return STATUS_OK; /* all of it lies behind the eye */
     struct part *parts;
     size_t count;
-    enum status status = open_parts(slicing, picture, solid, &parts, &count, err);
+    /* A group keeps one optical depth: with colours of extinction there are few enough (tint.h). */
+    bool drawn, grouped = !solid && slabs->count > GROUP_SLABS && !picture->behind;
+    enum status status = draw_lists(slicing, picture, solid, &drawn, err);
+    if (status != STATUS_OK || drawn)
+        return status;
+    slicing->nearest_first = !solid && !grouped && !slicing->method && !picture->behind &&
+                             onward_pays(picture, slabs->count);
+    if (slicing->nearest_first)
+        report_pass(picture->report, "nearest-first",
+                    "a medium lets little through: slabs end where nothing more can be seen");
+    status = open_parts(slicing, picture, solid, &parts, &count, err);
     if (status != STATUS_OK)
         return status;
     outlines_clear(&slicing->outlines);
-    /* A group keeps one optical depth: with colours of extinction there are few enough (tint.h). */
-    bool grouped = !solid && slabs->count > GROUP_SLABS && !picture->behind;
     uint32_t most = grouped ? GROUP_SLABS : slabs->count, end = slabs->count;
     for (uint32_t begin; end > 0 && status == STATUS_OK; end = begin) {
         begin = end > most ? end - most : 0;
         if (grouped)
             status = begin_group(slicing, picture, err);
+        else if (slicing->nearest_first)
+            status = onward_begin(&slicing->onward, picture, err);
         if (status == STATUS_OK)
             status = draw_range(slicing, picture, parts, count, begin, end, solid, err);
         if (grouped && status == STATUS_OK)
             status = end_group(slicing, picture, err);
+        else if (slicing->nearest_first && status == STATUS_OK)
+            status = onward_end(&slicing->onward, picture, err);
     }
     close_parts(parts, count);
     return status;

@@ -60,14 +60,14 @@ static int farther(const void *a, const void *b) {
     const struct slab_seed *x = a, *y = b;
     if (x->depth != y->depth)
         return x->depth > y->depth ? -1 : 1;
-    return (x->at > y->at) - (x->at < y->at);
+    return (x->tetra > y->tetra) - (x->tetra < y->tetra);
 }
 
 static int farther_turned(const void *a, const void *b) {
     const struct slab_seed *x = a, *y = b;
     if (x->depth != y->depth)
         return x->depth > y->depth ? -1 : 1;
-    return (x->at < y->at) - (x->at > y->at);
+    return (x->tetra < y->tetra) - (x->tetra > y->tetra);
 }
 
 static double middle_of(const struct slab_order *order, uint32_t tetra, double low, double high) {
@@ -98,7 +98,7 @@ void slab_order_find(struct slab_order *order, const struct slab_cells *cells, d
     uint32_t count = cells->active_count, placed = 0;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t at = cells->active[i], tetra = cells->cell[at];
-        order->seeds[i] = (struct slab_seed){middle_of(order, tetra, low, high), at};
+        order->seeds[i] = (struct slab_seed){middle_of(order, tetra, low, high), at, tetra};
         order->waiting[tetra] = at + 1;
     }
     qsort(order->seeds, count, sizeof *order->seeds, turned ? farther_turned : farther);

@@ -24,7 +24,7 @@ struct slab_order {
     uint8_t *cursor; /* the next face of each cell on the stack */
     struct slab_seed {
         double depth;
-        uint32_t at;
+        uint32_t at, tetra; /* ties are broken by the latter: the same from either end */
     } * seeds;
 };
 

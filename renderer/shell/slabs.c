@@ -51,10 +51,21 @@ static bool depth_range(const struct shell *shell, const struct projection *proj
     return takes_part && *high > slabs->low;
 }
 
+bool slab_cell_find(const struct shell *shell, const struct projection *projection,
+                    const struct slabs *slabs, uint32_t group, uint32_t cell, const uint8_t *wanted,
+                    uint32_t *first, uint32_t *last) {
+    double low, high;
+    if (!depth_range(shell, projection, slabs, group, cell, wanted, &low, &high))
+        return false;
+    *first = slab_of(slabs, low);
+    *last = slab_of(slabs, high);
+    return true;
+}
+
 enum status slab_cells_find(struct slab_cells *cells, const struct shell *shell,
                             const struct projection *projection, const struct slabs *slabs,
-                            uint32_t group, const uint8_t *wanted, struct error *err) {
-    *cells = (struct slab_cells){0};
+                            uint32_t group, const uint8_t *wanted, bool onward, struct error *err) {
+    *cells = (struct slab_cells){.onward = onward};
     uint32_t all = shell->tetra_count / group;
     size_t room = all + (size_t)1;
     uint32_t *end = calloc(slabs->count + (size_t)1, sizeof *end);
@@ -72,18 +83,19 @@ enum status slab_cells_find(struct slab_cells *cells, const struct shell *shell,
     /* A counting sort: end[k] becomes where the cells whose last slab is k begin. */
     for (uint32_t c = 0; c < all; c++)
         if (depth_range(shell, projection, slabs, group, c, wanted, &low, &high))
-            end[slab_of(slabs, high)]++;
+            end[onward ? slabs->count - 1 - slab_of(slabs, low) : slab_of(slabs, high)]++;
     for (uint32_t k = slabs->count; k-- > 0;) {
         uint32_t here = end[k];
         end[k] = cells->count;
         cells->count += here;
     }
     for (uint32_t c = 0; c < all; c++) {
-        if (!depth_range(shell, projection, slabs, group, c, wanted, &low, &high))
+        uint32_t first, last;
+        if (!slab_cell_find(shell, projection, slabs, group, c, wanted, &first, &last))
             continue;
-        uint32_t last = slab_of(slabs, high), at = end[last]++;
+        uint32_t at = end[onward ? slabs->count - 1 - first : last]++;
         cells->cell[at] = c;
-        cells->first[at] = slab_of(slabs, low);
+        cells->first[at] = first;
         cells->last[at] = last;
     }
     free(end);
@@ -105,13 +117,21 @@ void slab_cells_everywhere(struct slab_cells *cells, const struct slabs *slabs) 
     }
 }
 
+/* Whether a cell's slabs have been left behind, and whether they have been reached. */
+static bool left(const struct slab_cells *cells, uint32_t i, uint32_t k) {
+    return cells->onward ? cells->last[i] < k : cells->first[i] > k;
+}
+static bool reached(const struct slab_cells *cells, uint32_t i, uint32_t k) {
+    return cells->onward ? cells->first[i] <= k : cells->last[i] >= k;
+}
+
 void slab_cells_move(struct slab_cells *cells, uint32_t k) {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < cells->active_count; i++)
-        if (cells->first[cells->active[i]] <= k)
+        if (!left(cells, cells->active[i], k))
             cells->active[kept++] = cells->active[i];
-    for (; cells->next < cells->count && cells->last[cells->next] >= k; cells->next++)
-        if (cells->first[cells->next] <= k)
+    for (; cells->next < cells->count && reached(cells, cells->next, k); cells->next++)
+        if (!left(cells, cells->next, k))
             cells->active[kept++] = cells->next;
     cells->active_count = kept;
 }

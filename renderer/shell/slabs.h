@@ -25,26 +25,32 @@ double slabs_plane(const struct slabs *slabs, uint32_t k);
 
 /* The cells of one shell, or its prisms, as one set of slabs sees them. */
 struct slab_cells {
-    uint32_t *cell;         /* by their last slab, the farthest first */
+    uint32_t *cell;         /* by their last slab, the farthest first; or by their first one */
     uint32_t *first, *last; /* of cell[i]: its slabs */
     uint32_t *active;       /* indices into cell[]: those of the current slab, in order of entry */
     uint32_t count, next, active_count;
+    bool onward; /* cells by their first slab, the nearest first; slabs rise */
 };
 
 /* Finds the slabs of all cells, `group` tetrahedra each (1, or 3: prisms); those wholly behind the
- * eye are left out. `wanted`: NULL, or for each tetrahedron whether it takes part.
- * STATUS_OUT_OF_MEMORY. */
+ * eye are left out. `wanted`: NULL, or for each tetrahedron whether it takes part. `onward`: slabs
+ * will be gone through from the nearest. STATUS_OUT_OF_MEMORY. */
 enum status slab_cells_find(struct slab_cells *cells, const struct shell *shell,
                             const struct projection *projection, const struct slabs *slabs,
-                            uint32_t group, const uint8_t *wanted, struct error *err);
+                            uint32_t group, const uint8_t *wanted, bool onward, struct error *err);
 void slab_cells_finish(struct slab_cells *cells); /* takes zeroes */
+
+/* The slabs of one cell of `group` tetrahedra; false where it is left out. */
+bool slab_cell_find(const struct shell *shell, const struct projection *projection,
+                    const struct slabs *slabs, uint32_t group, uint32_t cell, const uint8_t *wanted,
+                    uint32_t *first, uint32_t *last);
 
 /* For measuring alone: puts every cell into every slab, as if nothing were known of their depths.
  */
 void slab_cells_everywhere(struct slab_cells *cells, const struct slabs *slabs);
 
-/* Moves on to slab k, which must fall from call to call: active[0 .. active_count - 1] are then
- * those that it holds. */
+/* Moves on to slab k, which must fall from call to call, or rise if `onward`: active[0 ..
+ * active_count - 1] are then those that it holds. */
 void slab_cells_move(struct slab_cells *cells, uint32_t k);
 
 /* Sets met[sample], bottom row first, to 1 where a cell of the shell may be met: within its

@@ -1,6 +1,8 @@
 /* See slice.h. */
 #include "renderer/shell/slice.h"
 
+#include "shaders/interface.h"
+
 const uint8_t slice_edge[SLICE_EDGES][2] = {{0, 1}, {1, 2}, {0, 2}, {3, 4}, {4, 5},
                                             {3, 5}, {0, 3}, {1, 4}, {2, 5}};
 
@@ -106,6 +108,26 @@ static void trace(unsigned sides, struct slice_case *out) {
     }
     if (!out->first)
         out->first = out->count;
+}
+
+static int add_fans(const uint8_t *edge, int corners, uint32_t *fan) {
+    int fans = 0;
+    for (int begin = 1; begin + 1 < corners; begin += CUT_CORNERS - 2) {
+        uint32_t edges = edge[0];
+        for (int i = 1; i < CUT_CORNERS; i++) {
+            int at = begin + i - 1 < corners ? begin + i - 1 : corners - 1;
+            edges |= (uint32_t)edge[at] << (4 * i);
+        }
+        fan[fans++] = edges;
+    }
+    return fans;
+}
+
+/* A plane that parts six vertices cuts at most seven of the nine edges, two of each triangle's
+ * three: one polygon of up to seven corners, or two of up to four. */
+int slice_make_fans(const struct slice_case *cut, uint32_t fan[SLICE_FANS]) {
+    int fans = add_fans(cut->edge, cut->first, fan);
+    return fans + add_fans(cut->edge + cut->first, cut->count - cut->first, fan + fans);
 }
 
 void slice_make_cases(struct slice_case cases[SLICE_CASES]) {

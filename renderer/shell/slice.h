@@ -35,6 +35,12 @@ struct slice_case {
 /* cases[sides]: bit v of `sides` is set where vertex v lies behind the plane. */
 void slice_make_cases(struct slice_case cases[SLICE_CASES]);
 
+/* A case as the hardware method draws it where edges are named: fans of six corners around the
+ * first of a polygon, four bits an edge; what is short of six repeats the last. How many: at most
+ * SLICE_FANS. */
+enum { SLICE_FANS = 2 };
+int slice_make_fans(const struct slice_case *cut, uint32_t fan[SLICE_FANS]);
+
 /* Whether the paper's table does a combination of sides: no two normal edges go opposite ways. */
 bool slice_in_table(unsigned sides);
 

@@ -24,18 +24,20 @@ static const struct method {
     const char *name;
     enum scene_path path;
     enum scene_slicing_method method;
-    bool every_plane;
+    uint32_t force;
     bool planes; /* else at the path's default */
 } methods[] = {
-    {"software", SCENE_PATH_SLICING, SCENE_SLICING_SOFTWARE, false, true},
-    {"hybrid", SCENE_PATH_SLICING, SCENE_SLICING_HYBRID, false, true},
-    {"hardware", SCENE_PATH_SLICING, SCENE_SLICING_HARDWARE, false, true},
-    {"slabs", SCENE_PATH_SLICING, SCENE_SLICING_SLABS, false, true},
-    {"software, no reject", SCENE_PATH_SLICING, SCENE_SLICING_SOFTWARE, true, true},
-    {"hybrid, no reject", SCENE_PATH_SLICING, SCENE_SLICING_HYBRID, true, true},
-    {"hardware, no reject", SCENE_PATH_SLICING, SCENE_SLICING_HARDWARE, true, true},
-    {"slabs, no reject", SCENE_PATH_SLICING, SCENE_SLICING_SLABS, true, true},
-    {"tetra", SCENE_PATH_TETRA, SCENE_SLICING_AUTO, false, false},
+    {"software", SCENE_PATH_SLICING, SCENE_SLICING_SOFTWARE, 0, true},
+    {"hybrid", SCENE_PATH_SLICING, SCENE_SLICING_HYBRID, 0, true},
+    {"hardware", SCENE_PATH_SLICING, SCENE_SLICING_HARDWARE, FORCE_HOST_LISTS, true},
+    {"hardware, device lists", SCENE_PATH_SLICING, SCENE_SLICING_HARDWARE, FORCE_DEVICE_LISTS,
+     true},
+    {"slabs", SCENE_PATH_SLICING, SCENE_SLICING_SLABS, 0, true},
+    {"software, no reject", SCENE_PATH_SLICING, SCENE_SLICING_SOFTWARE, FORCE_EVERY_PLANE, true},
+    {"hybrid, no reject", SCENE_PATH_SLICING, SCENE_SLICING_HYBRID, FORCE_EVERY_PLANE, true},
+    {"hardware, no reject", SCENE_PATH_SLICING, SCENE_SLICING_HARDWARE, FORCE_EVERY_PLANE, true},
+    {"slabs, no reject", SCENE_PATH_SLICING, SCENE_SLICING_SLABS, FORCE_EVERY_PLANE, true},
+    {"tetra", SCENE_PATH_TETRA, SCENE_SLICING_AUTO, 0, false},
 };
 enum { METHODS = sizeof methods / sizeof *methods };
 
@@ -72,7 +74,7 @@ static bool draw(struct renderer *renderer, struct scene *scene, const struct me
     struct error err = {0};
     set_method(scene, method, planes);
     scene->image.width = scene->image.height = side;
-    renderer_force(renderer, method->every_plane ? FORCE_EVERY_PLANE : 0);
+    renderer_force(renderer, method->force);
     enum status status = renderer_render(renderer, scene, &source, result, &err);
     renderer_force(renderer, 0);
     return status == STATUS_OK || failed(method->name, &err);

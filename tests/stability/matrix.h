@@ -57,6 +57,7 @@ struct matrix_case {
 
     /* Steps that stand for the path's limit, to tell model from discretisation; 0: not told. */
     int limit;
+    int slices; /* slabs that do it justice; 0: as many as steps ask for, 4,096 at most */
     /* What a path may answer instead of a picture that is right: its name, '*' for all, else
      * NULL. Anything else that is refused, or wrong with a warning, is WRONG. */
     const char *may_refuse;

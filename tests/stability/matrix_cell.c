@@ -216,9 +216,10 @@ static bool compare(const struct matrix_truth *truth, const float *pixels, const
 
 /* From above each plane meets every prism: a million of them 4,096 times take more than
  * CELL_SECONDS_MAX (0.2 s a run of slabs), and fewer slabs are no easier to draw right. */
-static int slices_most(const struct scene_mesh *mesh) {
+static int slices_most(const struct scene_mesh *mesh, const struct matrix_case *of) {
     double prisms = 2.0 * mesh->divisions[0] * mesh->divisions[1];
-    return (int)fmin(SLICES_MOST, fmax(1, ceil(PRISM_SLICES_MOST / fmax(prisms, 1))));
+    return (int)fmin(of->slices ? of->slices : SLICES_MOST,
+                     fmax(1, ceil(PRISM_SLICES_MOST / fmax(prisms, 1))));
 }
 
 static enum status draw_once(struct renderer *renderer, const struct matrix_truth *truth,
@@ -240,7 +241,7 @@ static enum status draw_once(struct renderer *renderer, const struct matrix_trut
                 continue;
             int steps = objects[i].quality.samples;
             int slices = steps ? steps * SLICES_A_STEP : SLICES_MOST;
-            int most = slices_most(&objects[i].shell.mesh);
+            int most = slices_most(&objects[i].shell.mesh, truth->of);
             objects[i].quality.slices = slices < most ? slices : most;
             objects[i].quality.samples = 0;
         }

@@ -10,12 +10,14 @@
 
 /* Every row of the plan. */
 static const char *const parts[] = {
-    "surface",    "entries",       "solid",        "sort",         "exact-map",     "slices",
-    "overlap",    "media",         "resolve",      "trials",       "error",         "supersampling",
-    "depth",      "occluded",      "voxels",       "closed-form",  "cells",         "eye-inside",
-    "fp64",       "light",         "ambient",      "shadow",       "specular",      "gradients",
-    "shadow-map", "shadow-slices", "point-lights", "mesh-normals", "base-textures", "OpenImageIO",
-    "tinygltf",   "filter",        "leap",         "far-solids",   "strands",      "fill"};
+    "surface",       "entries",       "solid",        "sort",          "exact-map",
+    "slices",        "overlap",       "media",        "resolve",       "trials",
+    "error",         "supersampling", "depth",        "occluded",      "voxels",
+    "closed-form",   "cells",         "eye-inside",   "fp64",          "light",
+    "ambient",       "shadow",        "specular",     "gradients",     "shadow-map",
+    "shadow-slices", "point-lights",  "mesh-normals", "base-textures", "OpenImageIO",
+    "tinygltf",      "filter",        "leap",         "far-solids",    "strands",
+    "fill",          "nearest-first"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
