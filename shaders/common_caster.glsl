@@ -24,7 +24,7 @@ void deposit(
 #endif
     float span, float t_in, float t_on) {
     vec2 range = texelFetch(ranges, ivec3(ivec2(gl_FragCoord.xy), slices.z), 0).xy;
-    float scale = float(slices.x) / max(range.y - range.x, 1.0e-30);
+    float scale = float(slices.x) / max(-range.y - range.x, 1.0e-30);
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float steps = 1.0, depth_scaled = span * frame[FRAME_CONSTANT].w, i = 0.5;
 #else

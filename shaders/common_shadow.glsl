@@ -13,9 +13,8 @@
  *
  * Media: deep opacity maps (Yuksel & Keyser 2008), optical depth from the light to a number of depths
  * in each texel, evenly spread over where that texel's ray meets media in front of what is opaque
- * (Yuksel and Keyser: from the first one on). Range and optical depths are interpolated, so that the
- * slices run along a shell's layers between texels too. A texel holds four depths, of which the last
- * is the first of the next layer's: one fetch brings both ends. */
+ * (Yuksel and Keyser: from the first one on): the nearest depth, and minus the farthest. A texel holds
+ * four optical depths, of which the last is the first of the next layer's: one fetch brings both ends. */
 layout(std140, binding = BINDING_SHADOW) uniform Shadow {
     vec4 shadow[SHADOW_VEC4S];
 };
@@ -64,17 +63,41 @@ float shadow_hidden(int layer, vec2 p, float t, vec2 slopes, float texel_depth) 
 #endif
 
 #if (VARIANT & FLAG_SHADOW_MEDIA) != 0
-/* The optical depth between the light and a point of depth t. */
-float shadow_depth(int layer, vec2 p, float t) {
-    vec2 uv = p * shadow[0].y;
-    float layers = shadow[0].z;
-    vec2 range = texture(shadow_ranges, vec3(uv, float(layer))).xy;
-    float way = range.y - range.x;
-    float s = way > 0.0 ? clamp((t - range.x) / way, 0.0, 1.0) * 3.0 * layers : 0.0;
-    float group = min(floor(s / 3.0), layers - 1.0);
-    vec4 depth = texture(shadow_depths, vec3(uv, float(layer) * layers + group));
+/* The optical depth in front of a texel's place s, in slices. */
+float shadow_slice(int layer, vec2 texel, float s) {
+    float layers = shadow[0].z, group = min(floor(s / 3.0), layers - 1.0);
+    vec2 at = clamp(texel, vec2(0.0), vec2(shadow[0].x - 1.0));
+    vec4 depth = texelFetch(shadow_depths, ivec3(at, layer * int(layers) + int(group)), 0);
     vec3 part = clamp(s - 3.0 * group - vec3(0.0, 1.0, 2.0), 0.0, 1.0);
     return depth.x + dot(part, depth.yzw - depth.xyz);
+}
+
+/* The optical depth between the light and a point of depth t, from the four texels around it. Where
+ * their ranges are pieces of the same layers they are laid upon one another, begin on begin and end
+ * on end, so that layers run on between texels. Where one range begins at another thing, or goes on
+ * past the limb of the base that the next one ends on, it is not: by more than half of the shortest.
+ * Mixed by hand: filters of hardware have 8 bits of a fraction. */
+float shadow_depth(int layer, vec2 p, float t) {
+    vec2 corner = floor(p - 0.5), f = p - 0.5 - corner;
+    /* As textureGather gives them: from the upper left on, to the right. */
+    vec4 share = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
+    vec3 middle = vec3((corner + 1.0) * shadow[0].y, float(layer));
+    vec4 begin = textureGather(shadow_ranges, middle, 0), way = -textureGather(shadow_ranges, middle, 1) - begin;
+    bvec4 there = greaterThan(way, vec4(0.0));
+    vec4 ways = mix(vec4(1.0e30), way, there), some = mix(vec4(0.0), share, there);
+    float least = min(min(ways.x, ways.y), min(ways.z, ways.w));
+    float first = min(min(begin.x, begin.y), min(begin.z, begin.w));
+    vec4 as_one = mix(vec4(0.0), some, lessThan(begin, vec4(first + 0.5 * least)));
+    vec4 to_end = mix(vec4(0.0), as_one, lessThan(way, vec4(1.5 * least)));
+    vec4 from = mix(begin, vec4(dot(as_one, begin) / max(dot(as_one, vec4(1.0)), 1.0e-30)),
+                    greaterThan(as_one, vec4(0.0)));
+    vec4 over = mix(way, vec4(dot(to_end, way) / max(dot(to_end, vec4(1.0)), 1.0e-30)),
+                    greaterThan(to_end, vec4(0.0)));
+    vec4 s = clamp((t - from) / max(over, vec4(1.0e-30)), 0.0, 1.0) * 3.0 * shadow[0].z;
+    return share.x * shadow_slice(layer, corner + vec2(0.0, 1.0), s.x) +
+           share.y * shadow_slice(layer, corner + vec2(1.0, 1.0), s.y) +
+           share.z * shadow_slice(layer, corner + vec2(1.0, 0.0), s.z) +
+           share.w * shadow_slice(layer, corner, s.w);
 }
 #endif
 

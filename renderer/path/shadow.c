@@ -22,7 +22,6 @@ struct shadow_maps {
     struct shadow_need need;
     struct view view[LIGHTS_MAX];  /* the world's, by layer */
     GLuint planes, ranges, depths; /* for those who ask */
-    GLuint raw;                    /* ranges as drawn */
     GLuint depth, framebuffer;
     GLuint block; /* uniform buffer */
     float grid;   /* of the rasteriser, in texels */
@@ -33,7 +32,6 @@ struct shadow_pass {
     struct cell_pass *cells;
     struct prism_maps prisms;
     struct outlines outlines;
-    GLuint array;
 };
 
 /* ---- what is needed ---- */
@@ -45,7 +43,7 @@ static bool throws(const struct scene_light *light) {
 
 static uint64_t bytes_of(const struct shadow_need *need, int size) {
     uint64_t layers = (need->opaque ? 1 : 0) + (need->media ? 1 + (uint64_t)need->layers : 0);
-    return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->count + 2);
+    return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->count + 1);
 }
 
 enum status shadow_choose(struct scene *scene, struct path_object *objects, size_t count,
@@ -107,10 +105,9 @@ static void drop_maps(struct shadow_maps *maps) {
     glDeleteTextures(1, &maps->planes);
     glDeleteTextures(1, &maps->ranges);
     glDeleteTextures(1, &maps->depths);
-    glDeleteTextures(1, &maps->raw);
     glDeleteTextures(1, &maps->depth);
     glDeleteFramebuffers(1, &maps->framebuffer);
-    maps->planes = maps->ranges = maps->depths = maps->raw = maps->depth = maps->framebuffer = 0;
+    maps->planes = maps->ranges = maps->depths = maps->depth = maps->framebuffer = 0;
 }
 
 static GLuint make_map(GLenum target, GLenum format, int size, int layers) {
@@ -120,9 +117,8 @@ static GLuint make_map(GLenum target, GLenum format, int size, int layers) {
         glTextureStorage2D(texture, 1, format, size, size);
     else
         glTextureStorage3D(texture, 1, format, size, size, layers);
-    GLint filter = target == GL_TEXTURE_2D ? GL_NEAREST : GL_LINEAR;
-    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, filter);
-    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, filter);
+    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     glTextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     return texture;
@@ -147,7 +143,6 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
         maps->ranges = make_map(GL_TEXTURE_2D_ARRAY, GL_RG32F, need->size, need->count);
         maps->depths =
             make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->count * need->layers);
-        maps->raw = make_map(GL_TEXTURE_2D, GL_RGBA32F, need->size, 1);
     }
     GLint bits = 4; /* what GL guarantees */
     glGetIntegerv(GL_SUBPIXEL_BITS, &bits);
@@ -155,15 +150,13 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
     return gl_check("maps for shadows", err);
 }
 
-/* From now on into one texture, or into `count` layers of one. */
+/* From now on into `count` layers of a texture. */
 static void aim(const struct shadow_maps *maps, GLuint texture, int layer, int count) {
     static const GLenum buffers[SHADOW_LAYERS] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
                                                   GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3};
     for (int i = 0; i < SHADOW_LAYERS; i++)
         if (i >= count)
             glNamedFramebufferTexture(maps->framebuffer, buffers[i], 0, 0);
-        else if (layer < 0)
-            glNamedFramebufferTexture(maps->framebuffer, buffers[i], texture, 0);
         else
             glNamedFramebufferTextureLayer(maps->framebuffer, buffers[i], texture, 0, layer + i);
     glNamedFramebufferDrawBuffers(maps->framebuffer, count, buffers);
@@ -185,7 +178,6 @@ struct shadow_pass *shadow_pass_create(void) {
         return NULL;
     prism_maps_init(&pass->prisms);
     pass->cells = cell_pass_create(GL_PROGRAM_CASTER, &pass->prisms);
-    glCreateVertexArrays(1, &pass->array);
     if (!pass->cells) {
         shadow_pass_destroy(pass);
         return NULL;
@@ -198,7 +190,6 @@ void shadow_pass_destroy(struct shadow_pass *pass) {
         return;
     drop_maps(&pass->maps);
     glDeleteBuffers(1, &pass->maps.block);
-    glDeleteVertexArrays(1, &pass->array);
     cell_pass_destroy(pass->cells);
     prism_maps_finish(&pass->prisms);
     outlines_finish(&pass->outlines);
@@ -240,24 +231,6 @@ static enum status draw_opaque(struct shadow_pass *pass, struct surface_pass *su
                                : status;
 }
 
-static enum status fill_range(struct shadow_pass *pass, struct picture *picture, int layer,
-                              struct error *err) {
-    GLuint program;
-    enum status status =
-        gl_programs_get(picture->programs, GL_PROGRAM_RANGE_FILL, 0, &program, &picture->cold, err);
-    if (status != STATUS_OK)
-        return status;
-    aim(&pass->maps, pass->maps.ranges, layer, 1);
-    glDisable(GL_DEPTH_TEST);
-    glDisable(GL_BLEND);
-    glUseProgram(program);
-    glBindTextureUnit(BINDING_SAMPLES, pass->maps.raw);
-    gl_blocks_draw(NULL, program, pass->array);
-    glBindTextureUnit(BINDING_SAMPLES, 0);
-    picture->report->work.draws++;
-    return gl_check("filling the ranges of media", err);
-}
-
 static void begin_media(const struct picture *picture, GLuint depth, GLenum equation) {
     cell_pass_begin_media(picture);
     if (depth) {
@@ -276,14 +249,12 @@ static enum status draw_media(struct shadow_pass *pass, struct picture *picture,
     int layers = maps->need.layers;
     int slices[3] = {3 * layers, 0, light};
     enum status status = outline(pass, picture, false, err);
-    aim(maps, maps->raw, -1, 1);
+    aim(maps, maps->ranges, light, 1);
     clear(maps, 1, FAR_AWAY, FAR_AWAY);
     begin_media(picture, maps->depth, GL_MIN);
     cell_pass_cast(pass->cells, GL_PROGRAM_CASTER_RANGE, slices);
     if (status == STATUS_OK)
         status = cell_pass_draw(pass->cells, picture, &pass->outlines, false, err);
-    if (status == STATUS_OK)
-        status = fill_range(pass, picture, light, err);
     for (int done = 0; done < layers && status == STATUS_OK; done += SHADOW_LAYERS) {
         aim(maps, maps->depths, light * layers + done, SHADOW_LAYERS);
         clear(maps, SHADOW_LAYERS, 0, 0);
