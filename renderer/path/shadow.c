@@ -270,6 +270,21 @@ static enum status draw_media(struct shadow_pass *pass, struct picture *picture,
     return status;
 }
 
+/* Steps across a thickness, as fine as the eye's. Planes are as far from one another as the shell's
+ * diagonal over their number, or nearer; eight steps a layer of voxels err by a sixty-fourth of what
+ * one does, and more of them say no more. */
+static int steps_of_light(const struct path_object *object) {
+    double steps = object->quality;
+    if (object->object->path == SCENE_PATH_SLICING) {
+        double across[3];
+        for (int i = 0; i < 3; i++)
+            across[i] = object->shell->bounds_max[i] - object->shell->bounds_min[i];
+        steps *= object->shell->thickness / sqrt(dot(across, across));
+        steps = fmin(steps, 8.0 * object->layers);
+    }
+    return steps > object->layers ? (int)steps : object->layers;
+}
+
 /* The picture's objects as a light sees them. */
 static enum status see(struct picture *picture, struct error *err) {
     for (size_t i = 0; i < picture->object_count; i++) {
@@ -287,10 +302,7 @@ static enum status see(struct picture *picture, struct error *err) {
         object->fp64 = precision_needs_fp64(object->shell, &object->projection, &picture->world);
         object->walk = false;
         object->method = SCENE_SLICING_SLABS;
-        /* As finely as the eye sees it, where it counts in the same steps. */
-        bool steps = object->object->path != SCENE_PATH_SLICING;
-        if (!steps || object->quality < object->layers)
-            object->quality = object->layers;
+        object->quality = steps_of_light(object);
         object->exact = object->object->quality.map != SCENE_MAP_AFFINE &&
                         path_object_drawn(object) && !object->volume->homogeneous &&
                         !object->shell->affine;

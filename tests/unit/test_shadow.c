@@ -278,17 +278,18 @@ static void test_every_way_alike(void **state) {
     } rows[] = {
         {"'samples': 64, 'order': 'walk'", "", 0},
         {"'samples': 64, 'order': 'sorted'", "", 2e-4},
-        /* Light's own steps are those of 'samples', or one for each layer of voxels. */
-        {"'slices': 400", "", 1e-2},
-        {"'slices': 1000, 'method': 'software'", "", 1e-2},
-        {"'slices': 1000, 'method': 'hybrid'", "", 1e-2},
-        {"'slices': 1000, 'method': 'hardware'", "", 1e-2},
-        /* A joint walk: there is next to nothing in the second shell. */
+        /* Measured 2e-4 and 7e-4; 6e-3 as long as light took fewer steps through what is sliced. */
+        {"'slices': 400", "", 3e-3},
+        {"'slices': 1000, 'method': 'software'", "", 3e-3},
+        {"'slices': 1000, 'method': 'hybrid'", "", 3e-3},
+        {"'slices': 1000, 'method': 'hardware'", "", 3e-3},
+        /* A joint walk: there is next to nothing in the second shell, which lies within the first,
+         * so that light's views are the same. */
         {"'samples': 64, 'order': 'walk'",
-         ", {'shell': {'mesh': {'shape': 'plane', 'size': [2, 2]}, 'thickness': 0.5, 'material': "
+         ", {'shell': {'mesh': {'shape': 'plane', 'size': [2, 2]}, 'thickness': 0.1, 'material': "
          "{'builtin': 'homogeneous', 'extinction': 1e-7}}, 'transform': {'translate': [0, 0, "
          "0.1]}}",
-         1e-2},
+         3e-3},
     };
     float *first = NULL;
     for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
