@@ -361,7 +361,8 @@ static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *su
 
 /* Places along a light's ray are told apart to SHADOW_ROUNDING: a shell that is not sixteen times
  * as deep has shadows on itself that are off by more than a sixteenth of its optical depth. */
-static void warn_of_thin(const struct shadow_maps *maps, const struct picture *picture) {
+void shadow_pass_warn(const struct shadow_pass *pass, const struct picture *picture) {
+    const struct shadow_maps *maps = &pass->maps;
     for (size_t i = 0; i < picture->object_count && maps->need.media; i++) {
         const struct path_object *object = &picture->objects[i];
         if (!object->shell || !variant_needs_normals(object, picture->lights.count) ||
@@ -408,7 +409,6 @@ enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need 
     view.target = &target;
     status = draw_lights(pass, surface, &view, &own, err);
     picture->cold |= view.cold;
-    warn_of_thin(&pass->maps, picture);
     return status;
 }
 
