@@ -15,6 +15,11 @@
  * in each texel, evenly spread over where that texel's ray meets media in front of what is opaque
  * (Yuksel and Keyser: from the first one on): the nearest depth, and minus the farthest. A texel holds
  * four optical depths, of which the last is the first of the next layer's: one fetch brings both ends. */
+#if (VARIANT & FLAG_POINT) != 0
+#define SHADOW_VEC4S (SHADOW_VIEW + SHADOW_FACES * SHADOW_VIEWS * SHADOW_ROWS)
+#else
+#define SHADOW_VEC4S (SHADOW_VIEW + SHADOW_VIEWS * SHADOW_ROWS)
+#endif
 layout(std140, binding = BINDING_SHADOW) uniform Shadow {
     vec4 shadow[SHADOW_VEC4S];
 };
@@ -28,20 +33,26 @@ layout(binding = BINDING_SHADOW_RANGES) uniform sampler2DArray shadow_ranges;
 #endif
 
 /* How the depth of a plane with the normal n, in the world, changes from texel to texel; 0 where it
- * cannot be said: without a normal, or where it faces away from the light. */
-vec2 shadow_slopes(int at, vec3 n) {
-    float facing = dot(n, shadow[at + SHADOW_D].xyz);
+ * cannot be said: without a normal, or where it faces away from the light. `along`: the light's ray, in
+ * perspective from the light to the point. There depths of planes are affine over the map as t / (1 + t):
+ * n.(1 + t)(d0 + x du + y dv) = c, so d/dx of 1 - 1/(1 + t) is -n.du/c. */
+vec2 shadow_slopes(int at, vec3 n, vec3 along) {
+    float facing = dot(n, along);
     vec2 slopes = -vec2(dot(n, shadow[at + SHADOW_U].xyz), dot(n, shadow[at + SHADOW_V].xyz)) / facing;
     return facing < 0.0 ? slopes : vec2(0.0);
 }
 
+/* Nearer to a light than this it is not told where things lie. */
+const float SHADOW_NEAREST = 1.0e-7;
+
 #if (VARIANT & FLAG_SHADOW_OPAQUE) != 0
 /* The share of the texels around (x, y) that hide a point of depth t. `slopes`: of the surface that it
- * lies on, where there is one; `texel_depth`: a texel's width in units of depth. */
-float shadow_hidden(int layer, vec2 p, float t, vec2 slopes, float texel_depth) {
+ * lies on, where there is one; `texel_depth`: a texel's width in units of depth; `over`: rounding over
+ * SHADOW_ROUNDING. */
+float shadow_hidden(int layer, vec2 p, float t, vec2 slopes, float texel_depth, float over) {
     vec2 corner = floor(p - 0.5), f = p - 0.5 - corner;
     float last = shadow[0].x - 1.0, hidden = 0.0;
-    float rounding = SHADOW_ROUNDING + dot(abs(slopes), vec2(shadow[0].w));
+    float rounding = over * SHADOW_ROUNDING + dot(abs(slopes), vec2(shadow[0].w));
 #if (VARIANT & FLAG_SOLID) != 0
     rounding += SHADOW_NORMALS * (texel_depth + dot(slopes, slopes) / texel_depth);
 #endif
@@ -101,22 +112,51 @@ float shadow_depth(int layer, vec2 p, float t) {
 }
 #endif
 
-/* What arrives of light k at `place`, in the object's space; n: of the surface there, in the world. */
-float shadow_arrives(int k, vec3 place, vec3 n) {
-    int at = 1 + k * SHADOW_ROWS, layer = int(shadow[at + SHADOW_U].w);
+#if (VARIANT & FLAG_POINT) != 0
+/* The face of the cube around a light that `from`, from the light to a point, passes through. */
+int shadow_face(vec3 from) {
+    vec3 size = abs(from);
+    float most = max(size.x, max(size.y, size.z));
+    int axis = size.x == most ? 0 : size.y == most ? 1 : 2;
+    float way = axis == 0 ? from.x : axis == 1 ? from.y : from.z;
+    return 2 * axis + (way < 0.0 ? 1 : 0);
+}
+#endif
+
+/* What arrives of light k at `place`, in the object's space; n: of the surface there, `from`: from the
+ * light, where that stands at a point; both in the world. */
+float shadow_arrives(int k, vec3 place, vec3 n, vec3 from) {
+    int face = 0;
+    bool point = false;
+#if (VARIANT & FLAG_POINT) != 0
+    point = shadow[SHADOW_POINT + k].w > 0.0;
+    face = point ? shadow_face(from) : 0;
+#endif
+    vec4 views = shadow[SHADOW_FACE + 2 * k + (face >> 2)];
+    int layer = int(dot(views, vec4(equal(ivec4(0, 1, 2, 3), ivec4(face & 3)))));
+    int at = SHADOW_VIEW + max(layer, 0) * SHADOW_ROWS;
     vec2 p = vec2(dot(shadow[at + SHADOW_X].xyz, place) + shadow[at + SHADOW_X].w,
                   dot(shadow[at + SHADOW_Y].xyz, place) + shadow[at + SHADOW_Y].w);
     float t = dot(shadow[at + SHADOW_T].xyz, place) + shadow[at + SHADOW_T].w;
+    vec3 along = point ? from : shadow[at + SHADOW_D].xyz;
+    float over = shadow[at + SHADOW_D].w, width = shadow[at + SHADOW_V].w, depth = t;
+#if (VARIANT & FLAG_POINT) != 0
+    float h = point ? max(1.0 + t, SHADOW_NEAREST) : 1.0;
+    p = clamp(p / h, vec2(0.0), vec2(shadow[0].x));
+    depth /= h;
+    width /= h;
+    over /= h * h;
+#endif
     float arrives = 1.0;
 #if (VARIANT & FLAG_SHADOW_OPAQUE) != 0
-    arrives -= shadow_hidden(max(layer, 0), p, t, shadow_slopes(at, n), shadow[at + SHADOW_V].w);
+    arrives -= shadow_hidden(max(layer, 0), p, depth, shadow_slopes(at, n, along), width, over);
 #endif
 #if (VARIANT & FLAG_SHADOW_MEDIA) != 0
     arrives *= exp(-shadow_depth(max(layer, 0), p, t));
 #endif
 #ifdef SURFACE
     /* A triangle stops what falls on its other side. */
-    arrives = dot(n, shadow[at + SHADOW_D].xyz) < 0.0 ? arrives : 0.0;
+    arrives = dot(n, along) < 0.0 ? arrives : 0.0;
 #endif
     return layer < 0 ? 1.0 : arrives;
 }

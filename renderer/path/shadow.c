@@ -20,7 +20,7 @@ static const float FAR_AWAY = 1e30f;
 
 struct shadow_maps {
     struct shadow_need need;
-    struct view view[LIGHTS_MAX];  /* the world's, by layer */
+    struct view view[LIGHTS_MAX * SHADOW_FACES]; /* the world's */
     GLuint planes, ranges, depths; /* for those who ask */
     GLuint depth, framebuffer;
     GLuint block; /* uniform buffer */
@@ -37,13 +37,23 @@ struct shadow_pass {
 /* ---- what is needed ---- */
 
 static bool throws(const struct scene_light *light) {
-    return light->shadow && !light->point &&
+    return light->shadow &&
            (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
 }
 
 static uint64_t bytes_of(const struct shadow_need *need, int size) {
     uint64_t layers = (need->opaque ? 1 : 0) + (need->media ? 1 + (uint64_t)need->layers : 0);
-    return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->count + 1);
+    return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->views + 1);
+}
+
+static void count_views(const struct scene_light *light, const struct path_object *objects,
+                        size_t count, int view[SHADOW_FACES], int *views) {
+    double low[3], high[3];
+    if (light->point)
+        light_view_bounds(objects, count, light->position, low, high);
+    for (int face = 0; face < (light->point ? SHADOW_FACES : 1); face++)
+        if (!light->point || light_view_meets(low, high, face))
+            view[face] = (*views)++;
 }
 
 enum status shadow_choose(struct scene *scene, struct path_object *objects, size_t count,
@@ -60,10 +70,15 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
     }
     for (size_t k = 0; k < scene->light_count; k++) {
         need->points |= lit && scene->lights[k].point;
-        need->layer[k] = lit && throws(&scene->lights[k]) ? need->count++ : -1;
+        for (int face = 0; face < SHADOW_FACES; face++)
+            need->view[k][face] = -1;
+        if (!lit || !throws(&scene->lights[k]))
+            continue;
+        count_views(&scene->lights[k], objects, count, need->view[k], &need->views);
+        need->count++;
     }
     if (need->count == 0 && forced && scene->light_count > 0)
-        need->count = 1;
+        need->count = need->views = 1;
     for (size_t i = 0; i < count; i++)
         objects[i].shadow = need->points ? (uint32_t)FLAG_POINT : 0;
     if (need->count == 0)
@@ -83,8 +98,9 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
     }
     if (bytes_of(need, need->size) > SHADOW_BYTES_MAX)
         return error_fault(err, STATUS_TOO_COMPLEX, "/shadow/size",
-                           "maps of %d x %d with %d slices for %d lights: %llu MiB, at most %d",
-                           need->size, need->size, 3 * need->layers, need->count,
+                           "maps of %d x %d with %d slices for %d views of lights: %llu MiB, at "
+                           "most %d",
+                           need->size, need->size, 3 * need->layers, need->views,
                            (unsigned long long)(bytes_of(need, need->size) >> 20),
                            SHADOW_BYTES_MAX >> 20);
     scene->shadow.size = need->size;
@@ -127,7 +143,7 @@ static GLuint make_map(GLenum target, GLenum format, int size, int layers) {
 static enum status size_maps(struct shadow_maps *maps, const struct shadow_need *need,
                              struct error *err) {
     bool same = maps->framebuffer && maps->need.size == need->size &&
-                maps->need.count == need->count && maps->need.layers == need->layers &&
+                maps->need.views == need->views && maps->need.layers == need->layers &&
                 maps->need.opaque == need->opaque && maps->need.media == need->media;
     maps->need = *need;
     if (same)
@@ -135,14 +151,14 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
     drop_maps(maps);
     glCreateFramebuffers(1, &maps->framebuffer);
     if (need->opaque) {
-        maps->planes = make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->count);
+        maps->planes = make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->views);
         maps->depth = make_map(GL_TEXTURE_2D, GL_DEPTH_COMPONENT32F, need->size, 1);
         glNamedFramebufferTexture(maps->framebuffer, GL_DEPTH_ATTACHMENT, maps->depth, 0);
     }
     if (need->media) {
-        maps->ranges = make_map(GL_TEXTURE_2D_ARRAY, GL_RG32F, need->size, need->count);
+        maps->ranges = make_map(GL_TEXTURE_2D_ARRAY, GL_RG32F, need->size, need->views);
         maps->depths =
-            make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->count * need->layers);
+            make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->views * need->layers);
     }
     GLint bits = 4; /* what GL guarantees */
     glGetIntegerv(GL_SUBPIXEL_BITS, &bits);
@@ -326,7 +342,25 @@ static enum status draw_light(struct shadow_pass *pass, struct surface_pass *sur
     return status;
 }
 
-/* `own`: the maps as a caster's shaders know them, their light being the first. */
+/* The view that has the layer; where nothing throws a shadow (forced), any. */
+static void fit(const struct shadow_need *need, const struct scene *scene,
+                const struct picture *picture, int layer, struct view *view) {
+    static const double down[3] = {0, 0, -1};
+    const double *direction = scene->lights[0].point ? down : scene->lights[0].direction;
+    for (size_t k = 0; k < scene->light_count; k++)
+        for (int face = 0; face < SHADOW_FACES; face++) {
+            if (need->view[k][face] != layer)
+                continue;
+            if (scene->lights[k].point) {
+                light_view_face(picture, scene->lights[k].position, face, need->size, view);
+                return;
+            }
+            direction = scene->lights[k].direction;
+        }
+    light_view_fit(picture, direction, need->size, view);
+}
+
+/* `own`: the maps as a caster's shaders know them, their view being the first. */
 static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *surface,
                                struct picture *view, struct shadow_maps *own, struct error *err) {
     struct shadow_maps *maps = &pass->maps;
@@ -336,12 +370,8 @@ static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *su
     enum status status =
         objects ? STATUS_OK
                 : error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a light's view");
-    for (int layer = 0; layer < maps->need.count && status == STATUS_OK; layer++) {
-        size_t k = 0; /* where nothing throws a shadow: forced, by the first light */
-        while (k < scene->light_count && maps->need.layer[k] != layer)
-            k++;
-        light_view_fit(view, scene->lights[k < scene->light_count ? k : 0].direction,
-                       maps->need.size, &maps->view[layer]);
+    for (int layer = 0; layer < maps->need.views && status == STATUS_OK; layer++) {
+        fit(&maps->need, scene, view, layer, &maps->view[layer]);
         own->view[0] = maps->view[layer];
         for (size_t i = 0; i < view->object_count; i++) {
             objects[i] = seen[i];
@@ -398,8 +428,11 @@ enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need 
     cell_pass_begin_picture(pass->cells);
     struct shadow_maps own = pass->maps;
     own.planes = own.ranges = own.depths = 0;
+    own.need.views = 1;
+    own.need.points = false;
     for (int k = 0; k < LIGHTS_MAX; k++)
-        own.need.layer[k] = k == 0 ? 0 : -1;
+        for (int face = 0; face < SHADOW_FACES; face++)
+            own.need.view[k][face] = k + face == 0 ? 0 : -1;
     struct gl_target target = {.depth = 0};
     struct picture view = *picture;
     view.shadows = &own;
@@ -420,8 +453,31 @@ static void set_row(float row[4], const double v[3], double scale, double last) 
     row[3] = (float)last;
 }
 
+/* How a view's samples lie in the space of `view`, an object's. */
+static void set_view(float (*row)[4], const struct view *world, const struct view *view,
+                     const struct path_object *object, double size) {
+    struct view light;
+    view_in_object(world, object->object->transform, view->center, &light);
+    /* In perspective, times 1 + t. */
+    double h[4] = {0, 0, 0, 1};
+    if (!world->orthographic)
+        memcpy(h, light.h_row, sizeof h);
+    for (int axis = 0; axis < 2; axis++) {
+        const double *from = axis ? light.y_row : light.x_row;
+        for (int i = 0; i < 4; i++)
+            row[axis ? SHADOW_Y : SHADOW_X][i] = (float)((from[i] + h[i]) * size / 2);
+    }
+    set_row(row[SHADOW_T], light.h_row, 1, light.h_row[3] - 1);
+    set_row(row[SHADOW_U], world->ou, 2 / size, 0);
+    double depth = sqrt(dot(world->d0, world->d0));
+    set_row(row[SHADOW_V], world->ov, 2 / size, 2 / size * sqrt(dot(world->ov, world->ov)) / depth);
+    /* Depths of a light with a direction are within a quarter. */
+    set_row(row[SHADOW_D], world->d0, 1,
+            world->orthographic ? 1 : 4 * (1 / world->depth_scale + fabs(light.h_row[3] - 1)));
+}
+
 /* Where lights stand, from the world's centre, and how places in an object's space lie to that. */
-static void set_points(float rows[SHADOW_VEC4S][4], const struct scene *scene,
+static void set_points(float (*rows)[4], const struct scene *scene,
                        const double world[3], const double center[3], const double m[16]) {
     for (int r = 0; r < 3; r++) {
         double shift = m[12 + r] - world[r];
@@ -444,34 +500,27 @@ void shadow_bind(const struct picture *picture, const struct view *view,
     const struct shadow_maps *maps = picture->shadows;
     if (!maps)
         return;
-    float rows[SHADOW_VEC4S][4];
-    memset(rows, 0, sizeof rows);
+    enum { VIEWS = SHADOW_FACES * SHADOW_VIEWS };
+    float rows[SHADOW_VIEW + VIEWS * SHADOW_ROWS][4];
+    size_t used = SHADOW_VIEW + (maps->need.points ? VIEWS : SHADOW_VIEWS) * SHADOW_ROWS;
+    memset(rows, 0, used * sizeof *rows);
     double size = maps->need.size;
     rows[0][0] = (float)size;
     rows[0][1] = size > 0 ? (float)(1 / size) : 0;
     rows[0][2] = (float)maps->need.layers;
     rows[0][3] = maps->grid;
-    for (int k = 0; k < LIGHTS_MAX; k++) {
-        float(*row)[4] = rows + 1 + k * SHADOW_ROWS;
-        int layer = maps->need.layer[k];
-        row[SHADOW_U][3] = (float)layer;
-        if (layer < 0)
-            continue;
-        const struct view *world = &maps->view[layer];
-        struct view light;
-        view_in_object(world, object->object->transform, view->center, &light);
-        set_row(row[SHADOW_X], light.x_row, size / 2, (light.x_row[3] + 1) * size / 2);
-        set_row(row[SHADOW_Y], light.y_row, size / 2, (light.y_row[3] + 1) * size / 2);
-        set_row(row[SHADOW_T], light.h_row, 1, light.h_row[3] - 1);
-        set_row(row[SHADOW_U], world->ou, 2 / size, layer);
-        set_row(row[SHADOW_V], world->ov, 2 / size,
-                2 / size * sqrt(dot(world->ov, world->ov) / dot(world->d0, world->d0)));
-        set_row(row[SHADOW_D], world->d0, 1, 0);
-    }
+    for (int k = 0; k < LIGHTS_MAX; k++)
+        for (int face = 0; face < SHADOW_FACES; face++) {
+            int layer = maps->need.view[k][face];
+            rows[SHADOW_FACE + 2 * k + face / 4][face % 4] = (float)layer;
+            if (layer >= 0)
+                set_view(rows + SHADOW_VIEW + layer * SHADOW_ROWS, &maps->view[layer], view, object,
+                         size);
+        }
     const struct scene *scene = &picture->report->resolved;
     if (maps->need.points)
         set_points(rows, scene, picture->world.center, view->center, object->object->transform);
-    glNamedBufferData(maps->block, (GLsizeiptr)sizeof rows, rows, GL_STREAM_DRAW);
+    glNamedBufferData(maps->block, (GLsizeiptr)(used * sizeof *rows), rows, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, BINDING_SHADOW, maps->block);
     glBindTextureUnit(BINDING_SHADOW_PLANES, maps->planes);
     glBindTextureUnit(BINDING_SHADOW_DEPTHS, maps->depths);
