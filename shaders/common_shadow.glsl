@@ -42,6 +42,10 @@ vec2 shadow_slopes(int at, vec3 n, vec3 along) {
     return facing < 0.0 ? slopes : vec2(0.0);
 }
 
+/* A light that stands on a triangle sees it from the edge: what its normal, a difference between pixels,
+ * says of the side is rounding. */
+const float SHADOW_EDGE_ON = 1.0e-4;
+
 /* Nearer to a light than this it is not told where things lie. */
 const float SHADOW_NEAREST = 1.0e-7;
 
@@ -156,7 +160,8 @@ float shadow_arrives(int k, vec3 place, vec3 n, vec3 from) {
 #endif
 #ifdef SURFACE
     /* A triangle stops what falls on its other side. */
-    arrives = dot(n, along) < 0.0 ? arrives : 0.0;
+    float facing = dot(n, along);
+    arrives = facing < 0.0 && (!point || facing < -SHADOW_EDGE_ON * length(along)) ? arrives : 0.0;
 #endif
     return layer < 0 ? 1.0 : arrives;
 }

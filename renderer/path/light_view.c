@@ -25,6 +25,18 @@ static void unit(double v[3]) {
         v[i] /= length;
 }
 
+static void vertex(const struct path_object *object, uint32_t v, const double center[3],
+                   double p[3]) {
+    const double *m = object->object->transform;
+    for (int r = 0; r < 3; r++) {
+        p[r] = m[12 + r] - center[r];
+        for (int c = 0; c < 3; c++)
+            p[r] += m[4 * c + r] *
+                    (object->shell ? object->shell->position[v][c] + object->shell->center[c]
+                                   : object->mesh->position[v][c]);
+    }
+}
+
 /* How far every point of the objects goes along three axes, from `center`. */
 static void extents(const struct path_object *objects, size_t object_count, const double center[3],
                     const double axis[3][3], double low[3], double high[3]) {
@@ -34,17 +46,10 @@ static void extents(const struct path_object *objects, size_t object_count, cons
     }
     for (size_t n = 0; n < object_count; n++) {
         const struct path_object *object = &objects[n];
-        const double *m = object->object->transform;
         uint32_t count = object->shell ? object->shell->vertex_count : object->mesh->vertex_count;
         for (uint32_t v = 0; v < count; v++) {
             double p[3];
-            for (int r = 0; r < 3; r++) {
-                p[r] = m[12 + r] - center[r];
-                for (int c = 0; c < 3; c++)
-                    p[r] += m[4 * c + r] * (object->shell ? object->shell->position[v][c] +
-                                                                object->shell->center[c]
-                                                          : object->mesh->position[v][c]);
-            }
+            vertex(object, v, center, p);
             for (int i = 0; i < 3; i++) {
                 low[i] = fmin(low[i], dot(p, axis[i]));
                 high[i] = fmax(high[i], dot(p, axis[i]));
@@ -105,6 +110,18 @@ void light_view_bounds(const struct path_object *objects, size_t count, const do
                        double low[3], double high[3]) {
     static const double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     extents(objects, count, center, axis, low, high);
+}
+
+bool light_view_at_vertex(const struct path_object *objects, size_t count, const double position[3],
+                          double within) {
+    for (size_t n = 0; n < count; n++)
+        for (uint32_t v = 0; objects[n].shell && v < objects[n].shell->vertex_count; v++) {
+            double p[3];
+            vertex(&objects[n], v, position, p);
+            if (dot(p, p) <= within * within)
+                return true;
+        }
+    return false;
 }
 
 /* The box as a face sees it: forward, right, up. right x up = -forward, as in every view. */

@@ -2,6 +2,7 @@
 #include "renderer/path/shadow.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -46,14 +47,34 @@ static uint64_t bytes_of(const struct shadow_need *need, int size) {
     return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->views + 1);
 }
 
-static void count_views(const struct scene_light *light, const struct path_object *objects,
-                        size_t count, int view[SHADOW_FACES], int *views) {
-    double low[3], high[3];
-    if (light->point)
-        light_view_bounds(objects, count, light->position, low, high);
-    for (int face = 0; face < (light->point ? SHADOW_FACES : 1); face++)
-        if (!light->point || light_view_meets(low, high, face))
-            view[face] = (*views)++;
+/* fp32 holds places in the scene to some of its radius: a light and a corner that are this near may
+ * be one. */
+static const double AT_VERTEX = 3e-7;
+
+static enum status count_views(const struct scene *scene, size_t k,
+                               const struct path_object *objects, size_t count,
+                               struct shadow_need *need, struct error *err) {
+    const struct scene_light *light = &scene->lights[k];
+    need->count++;
+    if (!light->point) {
+        need->view[k][0] = need->views++;
+        return STATUS_OK;
+    }
+    double low[3], high[3], radius = 0;
+    light_view_bounds(objects, count, light->position, low, high);
+    for (int i = 0; i < 3; i++)
+        radius += (high[i] - low[i]) * (high[i] - low[i]) / 4;
+    if (light_view_at_vertex(objects, count, light->position, AT_VERTEX * sqrt(radius))) {
+        char pointer[48];
+        snprintf(pointer, sizeof pointer, "/lights/%zu/position", k);
+        return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
+                           "a light that throws shadows stands at a corner of a shell: a millionth "
+                           "of the scene beside it, it can be drawn");
+    }
+    for (int face = 0; face < SHADOW_FACES; face++)
+        if (light_view_meets(low, high, face))
+            need->view[k][face] = need->views++;
+    return STATUS_OK;
 }
 
 enum status shadow_choose(struct scene *scene, struct path_object *objects, size_t count,
@@ -74,8 +95,9 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
             need->view[k][face] = -1;
         if (!lit || !throws(&scene->lights[k]))
             continue;
-        count_views(&scene->lights[k], objects, count, need->view[k], &need->views);
-        need->count++;
+        enum status status = count_views(scene, k, objects, count, need, err);
+        if (status != STATUS_OK)
+            return status;
     }
     if (need->count == 0 && forced && scene->light_count > 0)
         need->count = need->views = 1;

@@ -19,6 +19,9 @@ static const double weight[POINTS] = {0.17392742256872692869, 0.3260725774312730
 /* exp(-DEPTH_DARK) is below the last digit of any light. */
 static const double DEPTH_DARK = 80;
 
+/* The cosine that rounding leaves to a light that stands on the triangle. */
+static const double EDGE_ON = 1e-12;
+
 static double depth_of_cell(struct tracer *light, const struct cell *cell) {
     const struct prism_ray *prism = &light->prisms[light->segments[cell->segment].prism];
     const struct volume *volume = prism->object->volume;
@@ -47,7 +50,7 @@ static double depth_of_cell(struct tracer *light, const struct cell *cell) {
 static double share(struct tracer *light, const double from[3], const double toward[3],
                     double distance, const struct origin *origin) {
     const struct world *world = light->world;
-    if (origin->object && !origin->solid && dot3(origin->flat, toward) <= 0)
+    if (origin->object && !origin->solid && dot3(origin->flat, toward) <= EDGE_ON)
         return 0; /* the triangle itself is in the way */
     double t_from = dot3(from, toward), t_to = t_from + distance, o[3];
     for (int i = 0; i < 3; i++)
