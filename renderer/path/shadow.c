@@ -105,9 +105,6 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
         objects[i].shadow = need->points ? (uint32_t)FLAG_POINT : 0;
     if (need->count == 0)
         return STATUS_OK;
-    /* Shaders that know of points know of both kinds of shadow, or of none. */
-    need->opaque |= need->points;
-    need->media |= need->points;
     need->layers =
         SHADOW_LAYERS * (int)ceil((scene->shadow.slices ? scene->shadow.slices : SLICES) / 12.0);
     need->size = scene->shadow.size;
