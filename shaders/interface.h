@@ -8,8 +8,8 @@
  * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
  * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
  * by clipping; footprints are found by the prisms' own map, and are a medium's; shadows and point
- * lights need light. The checks compile of the variants for which this holds those of tests/tools/variant_cover.h, and
- * gl_programs_get() takes no other. */
+ * lights need light. The checks compile of the variants for which this holds those of
+ * tests/tools/variant_cover.h, and gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
 #define FLAGS_SHADOW  (FLAG_SHADOW_OPAQUE | FLAG_SHADOW_MEDIA)
 #define FLAGS_PLACE   (FLAGS_SHADOW | FLAG_POINT)
@@ -100,15 +100,16 @@
 #define BINDING_MAPS            13 /* samplerBuffer: the prisms' own maps, prism_map.h */
 
 /* The uniform block of shadows: texels along the maps' sides, 1 over that, layers of four depths,
- * the raster's grid in texels. For each light, in two vec4s, the view of each of its faces, -1 where
- * there is none (+x, -x, +y, -y; +z, -z; the only one of a light with a direction is the first).
- * Then, where lights stand at points, the world from the object's space, and the points. Then for
- * each view how the object's space falls on its map: the texel (x, y), times 1 + t in perspective,
- * and the depth t of a point; what a texel to the right, one up and a unit of depth are in the
- * world; w of the last two: a texel's width in units of depth, and rounding over SHADOW_ROUNDING. */
+ * the raster's grid in texels. For each light, in two vec4s, the view of each of its faces, -1
+ * where there is none (+x, -x, +y, -y; +z, -z; the only one of a light with a direction is the
+ * first). Then, where lights stand at points, the world from the object's space, and the points.
+ * Then for each view how the object's space falls on its map: the texel (x, y), times 1 + t in
+ * perspective, and the depth t of a point; what a texel to the right, one up and a unit of depth
+ * are in the world; w of the last two: a texel's width in units of depth, and rounding over
+ * SHADOW_ROUNDING. */
 #define BINDING_SHADOW 1
-#define SHADOW_FACES   6 /* of a light that stands at a point */
-#define SHADOW_FACE    1 /* 2 LIGHTS_MAX */
+#define SHADOW_FACES   6  /* of a light that stands at a point */
+#define SHADOW_FACE    1  /* 2 LIGHTS_MAX */
 #define SHADOW_WORLD   17 /* three rows */
 #define SHADOW_POINT   20 /* LIGHTS_MAX, in that world; w: radius^2, 0 where it has a direction */
 #define SHADOW_VIEW    28 /* a view's rows: */
@@ -131,8 +132,7 @@
 #define SHADOW_NORMALS 0.25
 
 #define BINDING_SHADOW_PLANES 22 /* sampler2DArray: a layer a view */
-#define BINDING_SHADOW_DEPTHS                                                                      \
-    23 /* sampler2DArray: the layers of one view after those of another */
+#define BINDING_SHADOW_DEPTHS 23 /* sampler2DArray: a view's layers after another's */
 #define BINDING_SHADOW_RANGES 30 /* sampler2DArray: a layer a view */
 
 /* What is seen from each side, where footprints are larger than a voxel

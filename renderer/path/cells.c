@@ -207,8 +207,8 @@ void cell_pass_cast(struct cell_pass *pass, enum gl_program_id program, const in
     memcpy(pass->slices, slices, sizeof pass->slices);
 }
 
-/* Of what the program knows; only the surface of a solid throws by its normal. What a light sees are
- * cells, however the eye goes through them. */
+/* Of what the program knows; only the surface of a solid throws by its normal. What a light sees
+ * are cells, however the eye goes through them. */
 static uint32_t variant_of(const struct cell_pass *pass, const struct path_object *object,
                            const struct picture *picture, bool solid) {
     uint32_t flags = variant_in_picture(object, picture, solid);

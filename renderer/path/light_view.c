@@ -31,9 +31,9 @@ static void vertex(const struct path_object *object, uint32_t v, const double ce
     for (int r = 0; r < 3; r++) {
         p[r] = m[12 + r] - center[r];
         for (int c = 0; c < 3; c++)
-            p[r] += m[4 * c + r] *
-                    (object->shell ? object->shell->position[v][c] + object->shell->center[c]
-                                   : object->mesh->position[v][c]);
+            p[r] += m[4 * c + r] * (object->shell
+                                        ? object->shell->position[v][c] + object->shell->center[c]
+                                        : object->mesh->position[v][c]);
     }
 }
 

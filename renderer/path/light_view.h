@@ -14,17 +14,18 @@ void light_view_fit(const struct picture *picture, const double direction[3], in
 void light_view_bounds(const struct path_object *objects, size_t count, const double center[3],
                        double low[3], double high[3]);
 
-/* Whether a corner of a shell's cells is as near as that: there every ray from the light goes through
- * it, and no side of an edge tells which of the cells around it a ray is in. */
+/* Whether a corner of a shell's cells is as near as that: there every ray from the light goes
+ * through it, and no side of an edge tells which of the cells around it a ray is in. */
 bool light_view_at_vertex(const struct path_object *objects, size_t count, const double position[3],
                           double within);
 
-/* Whether a face of the cube around a light, of which `low` and `high` are that box, has any of it in
- * its quarter of the sky. Faces: 2 axis, + 1 toward where coordinates fall. */
+/* Whether a face of the cube around a light, of which `low` and `high` are that box, has any of it
+ * in its quarter of the sky. Faces: 2 axis, + 1 toward where coordinates fall. */
 bool light_view_meets(const double low[3], const double high[3], int face);
 
-/* In perspective from `position`, through such a face, `size` samples square, as near around the box
- * as a margin of two samples lets it be. Straight lines stay straight, whatever lies around the light. */
+/* In perspective from `position`, through such a face, `size` samples square, as near around the
+ * box as a margin of two samples lets it be. Straight lines stay straight, whatever lies around the
+ * light. */
 void light_view_face(const struct picture *picture, const double position[3], int face, int size,
                      struct view *view);
 

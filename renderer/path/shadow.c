@@ -22,7 +22,7 @@ static const float FAR_AWAY = 1e30f;
 struct shadow_maps {
     struct shadow_need need;
     struct view view[LIGHTS_MAX * SHADOW_FACES]; /* the world's */
-    GLuint planes, ranges, depths; /* for those who ask */
+    GLuint planes, ranges, depths;               /* for those who ask */
     GLuint depth, framebuffer;
     GLuint block; /* uniform buffer */
     float grid;   /* of the rasteriser, in texels */
@@ -38,8 +38,7 @@ struct shadow_pass {
 /* ---- what is needed ---- */
 
 static bool throws(const struct scene_light *light) {
-    return light->shadow &&
-           (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
+    return light->shadow && (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
 }
 
 static uint64_t bytes_of(const struct shadow_need *need, int size) {
@@ -306,8 +305,8 @@ static enum status draw_media(struct shadow_pass *pass, struct picture *picture,
 }
 
 /* Steps across a thickness, as fine as the eye's. Planes are as far from one another as the shell's
- * diagonal over their number, or nearer; eight steps a layer of voxels err by a sixty-fourth of what
- * one does, and more of them say no more. */
+ * diagonal over their number, or nearer; eight steps a layer of voxels err by a sixty-fourth of
+ * what one does, and more of them say no more. */
 static int steps_of_light(const struct path_object *object) {
     double steps = object->quality;
     if (object->object->path == SCENE_PATH_SLICING) {
@@ -496,8 +495,8 @@ static void set_view(float (*row)[4], const struct view *world, const struct vie
 }
 
 /* Where lights stand, from the world's centre, and how places in an object's space lie to that. */
-static void set_points(float (*rows)[4], const struct scene *scene,
-                       const double world[3], const double center[3], const double m[16]) {
+static void set_points(float (*rows)[4], const struct scene *scene, const double world[3],
+                       const double center[3], const double m[16]) {
     for (int r = 0; r < 3; r++) {
         double shift = m[12 + r] - world[r];
         for (int c = 0; c < 3; c++) {

@@ -45,7 +45,8 @@ enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need 
                              struct surface_pass *surface, struct picture *picture,
                              struct error *err);
 
-/* Warns in picture->report (`shadow-coarse`) of shells that the maps just drawn are too coarse for. */
+/* Warns in picture->report (`shadow-coarse`) of shells that the maps just drawn are too coarse for.
+ */
 void shadow_pass_warn(const struct shadow_pass *pass, const struct picture *picture);
 
 /* Binds the maps and how the space of `view`, an object's, falls on them; nothing where there are

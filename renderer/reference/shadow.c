@@ -3,9 +3,9 @@
  * is a ray like any other: from the point on, through every prism, by the code that finds what the
  * eye sees; but what it gathers needs no order, since optical depths add.
  *
- * Within a voxel cell extinction is trilinear, along a straight map a cubic, which two points of Gauss
- * integrate exactly. Prisms' maps are rational: on a torus of 12 x 6 three points leave 2e-9 of the
- * picture, four 3e-13 (tests/unit/test_reference_shadow.c). */
+ * Within a voxel cell extinction is trilinear, along a straight map a cubic, which two points of
+ * Gauss integrate exactly. Prisms' maps are rational: on a torus of 12 x 6 three points leave 2e-9
+ * of the picture, four 3e-13 (tests/unit/test_reference_shadow.c). */
 #include "renderer/reference/trace.h"
 #include "renderer/reference/vector.h"
 #include "renderer/reference/voxels.h"

@@ -58,10 +58,10 @@ static void points(struct matrix *matrix) {
         const double *at = lights[i].place;
         snprintf(made.name, sizeof made.name, "%s", lights[i].name);
         made.quick = lights[i].quick;
-        matrix_add(matrix, made,
-                   "{" IMAGE(16) AWAY POINT_AT FINE
-                   "'objects': [" MIST(STEPS) ", " GROUND(BELOW) "]}",
-                   at[0], at[1], at[2], 0.3, lights[i].color, lights[i].color / 2, lights[i].color / 2);
+        matrix_add(
+            matrix, made,
+            "{" IMAGE(16) AWAY POINT_AT FINE "'objects': [" MIST(STEPS) ", " GROUND(BELOW) "]}",
+            at[0], at[1], at[2], 0.3, lights[i].color, lights[i].color / 2, lights[i].color / 2);
     }
     static const double scales[] = {1e-6, 300}; /* a colour is 1e6 at most */
     made.quick = false;
@@ -74,8 +74,8 @@ static void points(struct matrix *matrix) {
                 16) "'camera': {'eye': [%.17g, %.17g, %.17g], 'fov_y_deg': 50}, " POINT_AT FINE
                     "'objects': [" MIST(", 'transform': {'scale': %.17g}" STEPS) ", " GROUND(
                         ", 'transform': {'scale': %.17g, 'translate': [0, 0, %.17g]}") "]}",
-            0.5 * s, -4 * s, 3 * s, 1.5 * s, -1.2 * s, 1.5 * s, 0.3 * s, color, color / 2, color / 2, s, s,
-            -1.5 * s);
+            0.5 * s, -4 * s, 3 * s, 1.5 * s, -1.2 * s, 1.5 * s, 0.3 * s, color, color / 2,
+            color / 2, s, s, -1.5 * s);
     }
     snprintf(made.name, sizeof made.name, "point light, three million units away");
     matrix_add(
@@ -88,16 +88,18 @@ static void points(struct matrix *matrix) {
                                                          "-2000000, 999998.5]}") "]}",
         3000001.5, -2000001.2, 1000001.5, 0.3, 6.0, 3.0, 3.0);
     snprintf(made.name, sizeof made.name, "eight point lights");
-    matrix_add(
-        matrix, made,
-        "{" IMAGE(16) AWAY
-        "'lights': [{'position': [2, 0, 1], 'color': [3, 0, 0], 'shadow': true}, "
-        "{'position': [-2, 0, 1], 'color': [0, 3, 0], 'shadow': true}, {'position': [0, 2, "
-        "1], 'color': [0, 0, 3], 'shadow': true}, {'position': [0, -2, 1], 'color': [2, 2, "
-        "0], 'shadow': true}, {'position': [0, 0, 2], 'color': [0, 2, 2], 'shadow': true}, "
-        "{'position': [0, 0, 1.2], 'color': [1, 0, 1], 'shadow': true}, {'position': [1.1, "
-        "0, 0], 'color': [1, 1, 1], 'shadow': true}, {'position': [0, -1.2, -0.3], "
-        "'color': [1, 1, 1], 'shadow': true}], 'objects': [" MIST(STEPS) ", " GROUND(BELOW) "]}");
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY
+               "'lights': [{'position': [2, 0, 1], 'color': [3, 0, 0], 'shadow': true}, "
+               "{'position': [-2, 0, 1], 'color': [0, 3, 0], 'shadow': true}, {'position': [0, 2, "
+               "1], 'color': [0, 0, 3], 'shadow': true}, {'position': [0, -2, 1], 'color': [2, 2, "
+               "0], 'shadow': true}, {'position': [0, 0, 2], 'color': [0, 2, 2], 'shadow': true}, "
+               "{'position': [0, 0, 1.2], 'color': [1, 0, 1], 'shadow': true}, {'position': [1.1, "
+               "0, 0], 'color': [1, 1, 1], 'shadow': true}, {'position': [0, -1.2, -0.3], "
+               "'color': [1, 1, 1], 'shadow': true}], 'objects': [{'mesh': {'shape': "
+               "'sphere'}, 'color': [0.8, 0.6, 0.4]}, {'shell': {'mesh': {'shape': 'torus', "
+               "'divisions': [12, 6]}, 'thickness': 0.2, 'material': {'builtin': 'homogeneous', "
+               "'extinction': 2}}, 'transform': {'scale': 1.5}}, " GROUND(BELOW) "]}");
     made.most = 0.08;
     made.why = "rings a few texels wide: a pixel of 16 is lit or dark by one ray";
     static const struct {

@@ -234,8 +234,8 @@ static void test_overlaps(void **state) {
     finish(&drawn);
 }
 
-/* What is said of shadows outlasts the path that was planned first: as many shells as above, and one
- * that is too thin for its shadow on itself. */
+/* What is said of shadows outlasts the path that was planned first: as many shells as above, and
+ * one that is too thin for its shadow on itself. */
 static void test_warnings_outlast_the_first_path(void **state) {
     (void)state;
     static const char thin[] = ", {'shell': {'mesh': {'shape': 'sphere'}, 'thickness': 1e-6, "

@@ -146,9 +146,8 @@ static void test_far_away(void **state) {
                 STATUS_OK);
             double sum = 0, scale = r == 0 ? 1 : d * d / color;
             for (size_t i = 0; i < (size_t)32 * 32; i++)
-                sum += pow((double)results[r].pixels[4 * i] * scale -
-                               (double)results[0].pixels[4 * i],
-                           2);
+                sum += pow(
+                    (double)results[r].pixels[4 * i] * scale - (double)results[0].pixels[4 * i], 2);
             off[r] = sqrt(sum / 1024);
         }
         print_message("light %zu, at 1e3, 1e6, 1e9: %.1e, %.1e, %.1e from one with a direction\n",

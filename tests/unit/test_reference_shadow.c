@@ -203,8 +203,8 @@ static const char columns_json[] =
     "{'mesh': {'shape': 'plane', 'size': [2, 2], 'divisions': [1, 1]}, 'thickness': 1, 'tiles': "
     "[1, 1], 'material': {'height': 'h.hdr', 'size': [8, 1, 16]}}}]}";
 
-/* Without and with shadow, and the voxels that both are drawn from: the caches give one volume to all
- * who ask, so what is written into it is drawn. */
+/* Without and with shadow, and the voxels that both are drawn from: the caches give one volume to
+ * all who ask, so what is written into it is drawn. */
 struct columns {
     struct truth_fixture truth[2];
     const struct volume *volume[2];
@@ -234,8 +234,9 @@ static void close_columns(struct columns *columns) {
     }
 }
 
-/* Holds every pixel to a search by hand, in steps of a two-hundredth of a voxel, from the first s = 1/2
- * below the top; adds to what is dark, lit, and dark for nothing but a rise and fall at once. */
+/* Holds every pixel to a search by hand, in steps of a two-hundredth of a voxel, from the first s =
+ * 1/2 below the top; adds to what is dark, lit, and dark for nothing but a rise and fall at once.
+ */
 static void check_columns(struct columns *columns, const double direction[3], size_t *dark,
                           size_t *lit, size_t *ridges) {
     const struct volume *volume = columns->volume[1];
@@ -282,8 +283,8 @@ static void check_columns(struct columns *columns, const double direction[3], si
     }
 }
 
-/* Columns under slanting lights: what the search comes upon lies in the dark, and nothing else; a point
- * does not hide itself. */
+/* Columns under slanting lights: what the search comes upon lies in the dark, and nothing else; a
+ * point does not hide itself. */
 static void test_solid(void **state) {
     (void)state;
     unsigned char file[256];
@@ -301,9 +302,10 @@ static void test_solid(void **state) {
     assert_true(dark > 60 && lit > 200);
 }
 
-/* Voxels at random, between which a ray goes up into the solid and out of it again on its way to the next
- * plane of voxels: both ends of that cell lie outside, and only the root that the ray begins at tells of
- * it (solid.c, meets_again). Normals, which are differences over two voxels, face many such lights. */
+/* Voxels at random, between which a ray goes up into the solid and out of it again on its way to
+ * the next plane of voxels: both ends of that cell lie outside, and only the root that the ray
+ * begins at tells of it (solid.c, meets_again). Normals, which are differences over two voxels,
+ * face many such lights. */
 static void test_ridges(void **state) {
     (void)state;
     unsigned char file[256];
