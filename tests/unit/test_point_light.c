@@ -110,6 +110,40 @@ static void test_against_the_reference(void **state) {
     }
 }
 
+/* A light within a homogeneous slab [0, 1] at the height 0.4, over the ground at -1, of which a
+ * square at -0.5 hides one half: L h / d^3 exp(-sigma 0.4 d / h). Only what lies below the light
+ * dims it. */
+static void test_shadow(void **state) {
+    (void)state;
+    static const char *const paths[] = {"tetra", "slicing"};
+    for (int k = 0; k < 2; k++) {
+        struct render_result result;
+        assert_int_equal(
+            support_draw(renderer, &result,
+                         "{'image': {'width': 8, 'height': 8, 'samples': 1}, 'camera': {'eye': "
+                         "[0, 0, -0.6], 'target': [0, 0, -1], 'up': [0, 1, 0], 'fov_y_deg': 80}, "
+                         "'ambient': [0, 0, 0], 'lights': [{'position': [0, 0, 0.4], 'color': [1, "
+                         "0, 0], 'shadow': true}], 'objects': [{'mesh': {'shape': 'plane', "
+                         "'size': [8, 8]}, 'color': [1, 1, 1], 'transform': {'translate': [0, 0, "
+                         "-1]}}, {'mesh': {'shape': 'plane', 'size': [2, 2]}, 'transform': "
+                         "{'translate': [1, 0, -0.5]}}, {'shell': {'mesh': {'shape': 'plane', "
+                         "'size': [8, 8]}, 'thickness': 1, 'material': {'builtin': "
+                         "'homogeneous', 'extinction': 3}}, 'path': '%s'}]}",
+                         paths[k]),
+            STATUS_OK);
+        for (int y = 0; y < 8; y++)
+            for (int x = 0; x < 8; x++) {
+                double reach = 0.4 * tan(40 * M_PI / 180), h = 1.4;
+                double px = ((x + 0.5) / 4 - 1) * reach, py = (1 - (y + 0.5) / 4) * reach;
+                double d = sqrt(px * px + py * py + h * h);
+                double expected = px > 0 ? 0 : h / (d * d * d) * exp(-3 * 0.4 * d / h);
+                assert_float_equal(support_pixel(&result, x, y)[0], expected,
+                                   1e-6 + 1e-3 * expected);
+            }
+        render_result_finish(&result);
+    }
+}
+
 /* From further and further away the picture is that of a light with a direction. */
 static void test_far_away(void **state) {
     (void)state;
@@ -200,9 +234,8 @@ static void test_refusal(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_plane),
-        cmocka_unit_test(test_against_the_reference),
-        cmocka_unit_test(test_far_away),
+        cmocka_unit_test(test_plane),   cmocka_unit_test(test_against_the_reference),
+        cmocka_unit_test(test_shadow),  cmocka_unit_test(test_far_away),
         cmocka_unit_test(test_refusal),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);
