@@ -119,24 +119,26 @@ static void test_shadow(void **state) {
     for (int k = 0; k < 2; k++) {
         struct render_result result;
         assert_int_equal(
-            support_draw(renderer, &result,
-                         "{'image': {'width': 8, 'height': 8, 'samples': 1}, 'camera': {'eye': "
-                         "[0, 0, -0.6], 'target': [0, 0, -1], 'up': [0, 1, 0], 'fov_y_deg': 80}, "
-                         "'ambient': [0, 0, 0], 'lights': [{'position': [0, 0, 0.4], 'color': [1, "
-                         "0, 0], 'shadow': true}], 'objects': [{'mesh': {'shape': 'plane', "
-                         "'size': [8, 8]}, 'color': [1, 1, 1], 'transform': {'translate': [0, 0, "
-                         "-1]}}, {'mesh': {'shape': 'plane', 'size': [2, 2]}, 'transform': "
-                         "{'translate': [1, 0, -0.5]}}, {'shell': {'mesh': {'shape': 'plane', "
-                         "'size': [8, 8]}, 'thickness': 1, 'material': {'builtin': "
-                         "'homogeneous', 'extinction': 3}}, 'path': '%s'}]}",
-                         paths[k]),
+            support_draw(
+                renderer, &result,
+                "{'image': {'width': 8, 'height': 8, 'samples': 1}, 'camera': {'eye': "
+                "[0, 0, -0.6], 'target': [0, 0, -1], 'up': [0, 1, 0], 'fov_y_deg': 80}, "
+                "'ambient': [0, 0, 0], 'lights': [{'position': [-0.13, 0.2, 0.4], 'color': [1, "
+                "0, 0], 'shadow': true}], 'objects': [{'mesh': {'shape': 'plane', "
+                "'size': [8, 8]}, 'color': [1, 1, 1], 'transform': {'translate': [0, 0, "
+                "-1]}}, {'mesh': {'shape': 'plane', 'size': [2, 2]}, 'transform': "
+                "{'translate': [1, 0, -0.5]}}, {'shell': {'mesh': {'shape': 'plane', "
+                "'size': [8, 8]}, 'thickness': 1, 'material': {'builtin': "
+                "'homogeneous', 'extinction': 3}}, 'path': '%s'}]}",
+                paths[k]),
             STATUS_OK);
         for (int y = 0; y < 8; y++)
             for (int x = 0; x < 8; x++) {
                 double reach = 0.4 * tan(40 * M_PI / 180), h = 1.4;
-                double px = ((x + 0.5) / 4 - 1) * reach, py = (1 - (y + 0.5) / 4) * reach;
+                double px = ((x + 0.5) / 4 - 1) * reach + 0.13,
+                       py = (1 - (y + 0.5) / 4) * reach - 0.2;
                 double d = sqrt(px * px + py * py + h * h);
-                double expected = px > 0 ? 0 : h / (d * d * d) * exp(-3 * 0.4 * d / h);
+                double expected = px > 0.13 * h / 0.9 ? 0 : h / (d * d * d) * exp(-3 * 0.4 * d / h);
                 assert_float_equal(support_pixel(&result, x, y)[0], expected,
                                    1e-6 + 1e-3 * expected);
             }
