@@ -50,17 +50,6 @@ static const struct {
     {bisections, {"quality", "bisections"}, "by frusta"},
 };
 
-static void judge_lights(const struct scene *scene, struct error *err) {
-    for (size_t k = 0; k < scene->light_count; k++) {
-        char pointer[64];
-        if (!scene->lights[k].point || !scene->lights[k].shadow)
-            continue;
-        snprintf(pointer, sizeof pointer, "/lights/%zu/shadow", k);
-        error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
-                    "this version does not draw shadows of point lights");
-    }
-}
-
 static void judge(const struct look *look, struct json_path *path, struct error *err) {
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (!rows[i].wanted(look))
@@ -78,7 +67,6 @@ enum status scene_check_implemented(const struct scene *scene, struct error *err
     struct error found = {0};
     struct json_path path = {0};
     struct look look = {.scene = scene};
-    judge_lights(scene, &found);
     json_path_enter_name(&path, "objects");
     for (size_t i = 0; i < scene->object_count; i++) {
         size_t mark = json_path_enter_index(&path, i);

@@ -245,8 +245,9 @@ static void tell_shadow(const struct plan *plan, bool lit, const char *none,
     const struct shadow_need *need = &plan->shadow;
     const char *not_drawn = need->count ? NULL : lit ? none : "nothing is lit";
     char why[160];
-    snprintf(why, sizeof why, "the views of %d light%s, %d x %d texels, asked at every sample",
-             need->count, need->count == 1 ? "" : "s", need->size, need->size);
+    snprintf(why, sizeof why, "%d view%s of %d light%s, %d x %d texels, asked at every sample",
+             need->views, need->views == 1 ? "" : "s", need->count, need->count == 1 ? "" : "s",
+             need->size, need->size);
     tell(report, "shadow", need->count, why, not_drawn);
     tell(report, "shadow-map", need->count && need->opaque,
          "opaque things throw shadows: their planes, as the lights see them",

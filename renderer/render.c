@@ -472,6 +472,9 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
     status = fulfil(renderer, &contest, assets, limits, result, lost, err);
     stage_clock_stop(&clock, true);
     resolve_objects(&report->resolved, &prepared);
+    /* Not when they are drawn: a change of path takes back what has been said of the first one. */
+    if (plan.shadow.count)
+        shadow_pass_warn(renderer->shadow, &picture);
 
 done:
     free(picture.met);

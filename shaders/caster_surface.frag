@@ -2,9 +2,10 @@
 #include "common_frame.glsl"
 
 in float t;
-layout(location = 0) out vec4 plane; /* depth; slopes for each texel: exact, t being affine there */
+layout(location = 0) out vec4 plane; /* depth; slopes for each texel: exact, it being affine there */
 
 void main() {
-    plane = vec4(t, dFdx(t), dFdy(t), 0.0);
+    float depth = frame[FRAME_MATERIAL].w != 0.0 ? t : t / (1.0 + t);
+    plane = vec4(depth, dFdx(depth), dFdy(depth), 0.0);
     gl_FragDepth = DEPTH_OF_T(t, frame[FRAME_O0].w);
 }

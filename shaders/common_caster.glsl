@@ -3,6 +3,13 @@
  * come in any order, since optical depths add (and ranges are least and greatest). */
 #if (VARIANT & FLAG_SOLID) != 0
 layout(location = 0) out vec4 plane; /* depth; slopes for each texel */
+
+/* At t of the ray through p, where the normal is n. */
+vec4 plane_at(float t, vec3 n, vec2 p) {
+    float h = frame[FRAME_MATERIAL].w != 0.0 ? 1.0 : max(1.0 + t, SHADOW_NEAREST);
+    vec3 along = frame[FRAME_VIEW_D0].xyz + p.x * frame[FRAME_VIEW_DU].xyz + p.y * frame[FRAME_VIEW_DV].xyz;
+    return vec4(t / h, shadow_slopes(SHADOW_VIEW, n, h * along), 0.0);
+}
 #elif defined(RANGE)
 layout(location = 0) out vec4 range; /* the nearest depth, and minus the farthest */
 #else
@@ -24,7 +31,7 @@ void deposit(
 #endif
     float span, float t_in, float t_on) {
     vec2 range = texelFetch(ranges, ivec3(ivec2(gl_FragCoord.xy), slices.z), 0).xy;
-    float scale = float(slices.x) / max(range.y - range.x, 1.0e-30);
+    float scale = float(slices.x) / max(-range.y - range.x, 1.0e-30);
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
     float steps = 1.0, depth_scaled = span * frame[FRAME_CONSTANT].w, i = 0.5;
 #else

@@ -62,7 +62,11 @@ vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material
         radiance *= point.w > 0.0 ? 1.0 / max(d2, point.w) : 1.0;
 #endif
 #if (VARIANT & FLAGS_SHADOW) != 0
-        radiance *= shadow_arrives(i, place, flat_n);
+#if (VARIANT & FLAG_POINT) != 0
+        radiance *= shadow_arrives(i, place, flat_n, -to);
+#else
+        radiance *= shadow_arrives(i, place, flat_n, vec3(0.0));
+#endif
 #endif
 #if (VARIANT & FLAGS_PLACE) != 0
         even += 0.25 * radiance;

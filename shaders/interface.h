@@ -8,7 +8,7 @@
  * radiance, and no map leads into it; a highlight needs a light with a direction, and where there
  * is none nothing needs a normal; a surface is always lit; solids are hidden by the depth test, not
  * by clipping; footprints are found by the prisms' own map, and are a medium's; shadows and point
- * lights need light, and beside a point light there are both kinds of shadow or none; strands are a
+ * lights need light; strands are a
  * lit medium's, and not filtered (joint walks may hold other media that are); what fills a shell
  * besides its material is a medium. The checks
  * compile of the variants for which this holds those of tests/tools/variant_cover.h, and
@@ -27,7 +27,6 @@
      (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0) &&                                        \
      (((v)&FLAG_EXACT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                     \
      (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
-     (((v)&FLAG_POINT) == 0 || ((v)&FLAGS_SHADOW) == 0 || ((v)&FLAGS_SHADOW) == FLAGS_SHADOW) &&   \
      (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
      (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
      (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
@@ -125,10 +124,19 @@
 #define BINDING_MAPS 13 /* samplerBuffer: the prisms' own maps, prism_map.h */
 
 /* The uniform block of shadows: texels along the maps' sides, 1 over that, layers of four depths,
- * the raster's grid in texels; then for each light how the object's space falls on its map: the
- * texel (x, y) and the depth of a point; what a texel to the right, one up and a unit of depth are
- * in the world; w of the first of these: its layer, -1 where it throws no shadow. */
+ * the raster's grid in texels. For each light, in two vec4s, the view of each of its faces, -1
+ * where there is none (+x, -x, +y, -y; +z, -z; the only one of a light with a direction is the
+ * first). Then, where lights stand at points, the world from the object's space, and the points.
+ * Then for each view how the object's space falls on its map: the texel (x, y), times 1 + t in
+ * perspective, and the depth t of a point; what a texel to the right, one up and a unit of depth
+ * are in the world; w of the last two: a texel's width in units of depth, and rounding over
+ * SHADOW_ROUNDING. */
 #define BINDING_SHADOW 1
+#define SHADOW_FACES   6  /* of a light that stands at a point */
+#define SHADOW_FACE    1  /* 2 LIGHTS_MAX */
+#define SHADOW_WORLD   17 /* three rows */
+#define SHADOW_POINT   20 /* LIGHTS_MAX, in that world; w: radius^2, 0 where it has a direction */
+#define SHADOW_VIEW    28 /* a view's rows: */
 #define SHADOW_X       0
 #define SHADOW_Y       1
 #define SHADOW_T       2
@@ -136,24 +144,20 @@
 #define SHADOW_V       4
 #define SHADOW_D       5
 #define SHADOW_ROWS    6
-#define SHADOW_WORLD                                                                               \
-    49 /* 1 + LIGHTS_MAX SHADOW_ROWS: three rows, the world from the object's space */
-#define SHADOW_POINT 52 /* where lights stand, in that world; w: radius^2, 0 where they do not */
-#define SHADOW_VEC4S 60
+#define SHADOW_VIEWS   8 /* without points; times SHADOW_FACES with them */
 #define SHADOW_LAYERS                                                                              \
     4 /* that one pass writes; each holds three slices, and the next one's first */
 
 /* What fp32 may leave of equal depths, which are between -1 and 1: eight roundings of 2^-24 each in
- * two sums of four products. */
+ * two sums of four products. Of lights with a direction; others' rows say by what it is larger. */
 #define SHADOW_ROUNDING 1.0e-6
 
 /* By what angle a solid's normal, interpolated between voxels, may be off that of its surface. */
 #define SHADOW_NORMALS 0.25
 
-#define BINDING_SHADOW_PLANES 22 /* sampler2DArray: a layer a light */
-#define BINDING_SHADOW_DEPTHS                                                                      \
-    23 /* sampler2DArray: the layers of one light after those of another */
-#define BINDING_SHADOW_RANGES 30 /* sampler2DArray: a layer a light */
+#define BINDING_SHADOW_PLANES 22 /* sampler2DArray: a layer a view */
+#define BINDING_SHADOW_DEPTHS 23 /* sampler2DArray: a view's layers after another's */
+#define BINDING_SHADOW_RANGES 30 /* sampler2DArray: a layer a view */
 
 /* What is seen from each side, where footprints are larger than a voxel
  * (renderer/bake/view_pyramid.h): the layers of an array come one side after another. */

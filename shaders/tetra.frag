@@ -266,7 +266,7 @@ void main() {
 #if (VARIANT & FLAG_LIT) != 0
     n = way_to_world(way) * texture(solid_gradient, q).xyz;
 #endif
-    plane = vec4(float(t0 + begin + (end - begin) * where), shadow_slopes(1, n), 0.0);
+    plane = plane_at(float(t0 + begin + (end - begin) * where), n, p);
 #else
     picture = vec4(shade_solid(q, where, way_to_world(way), v, where == 0.0, cut), OPAQUE_DEPTH);
 #endif

@@ -38,6 +38,26 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
     return flags | (any_exact(joint) ? FLAG_EXACT : 0);
 }
 
+/* A fragment shader has 16 texture units by GL's guarantee: five slots take 16, and shadows three
+ * more. What a driver without them would say on linking names no cause. */
+static enum status check_units(const struct joint *joint, const struct picture *picture,
+                               struct error *err) {
+    enum { OWN = 6 }; /* cells, links, maps, entries, first entries, the depth of what is opaque */
+    uint32_t flags = variant_of(joint, picture);
+    int slots = 2 + (flags & FLAG_SLOTS_1 ? 1 : 0) + (flags & FLAG_SLOTS_2 ? 2 : 0);
+    int needed = OWN + 2 * slots + (flags & FLAG_SHADOW_OPAQUE ? 1 : 0) +
+                 (flags & FLAG_SHADOW_MEDIA ? 2 : 0);
+    GLint units = 16;
+    glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
+    if (needed <= units)
+        return STATUS_OK;
+    return error_fault(
+        err, STATUS_NOT_IMPLEMENTED, "/objects",
+        "shells that overlap, under lights that throw shadows, take %d textures: this "
+        "GL holds %d in a shader; `quality.order` `sorted` takes fewer",
+        needed, (int)units);
+}
+
 static GLuint one_texel(const float value[4]) {
     GLuint texture;
     glCreateTextures(GL_TEXTURE_3D, 1, &texture);
@@ -140,7 +160,9 @@ enum status joint_prepare(struct joint *joint, struct picture *picture,
         glTextureBuffer(joint->textures[table], formats[table], buffer);
     }
     GLuint program;
-    enum status status = upload_area(joint, from, picture, err);
+    enum status status = check_units(joint, picture, err);
+    if (status == STATUS_OK)
+        status = upload_area(joint, from, picture, err);
     if (status == STATUS_OK)
         status = gl_programs_get(picture->programs, GL_PROGRAM_OVERLAP, variant_of(joint, picture),
                                  &program, &picture->cold, err);

@@ -2,6 +2,7 @@
 #include "renderer/path/shadow.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,9 +21,8 @@ static const float FAR_AWAY = 1e30f;
 
 struct shadow_maps {
     struct shadow_need need;
-    struct view view[LIGHTS_MAX];  /* the world's, by layer */
-    GLuint planes, ranges, depths; /* for those who ask */
-    GLuint raw;                    /* ranges as drawn */
+    struct view view[LIGHTS_MAX * SHADOW_FACES]; /* the world's */
+    GLuint planes, ranges, depths;               /* for those who ask */
     GLuint depth, framebuffer;
     GLuint block; /* uniform buffer */
     float grid;   /* of the rasteriser, in texels */
@@ -33,19 +33,47 @@ struct shadow_pass {
     struct cell_pass *cells;
     struct prism_maps prisms;
     struct outlines outlines;
-    GLuint array;
 };
 
 /* ---- what is needed ---- */
 
 static bool throws(const struct scene_light *light) {
-    return light->shadow && !light->point &&
-           (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
+    return light->shadow && (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
 }
 
 static uint64_t bytes_of(const struct shadow_need *need, int size) {
     uint64_t layers = (need->opaque ? 1 : 0) + (need->media ? 1 + (uint64_t)need->layers : 0);
-    return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->count + 2);
+    return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->views + 1);
+}
+
+/* fp32 holds places in the scene to some of its radius: a light and a corner that are this near may
+ * be one. */
+static const double AT_VERTEX = 3e-7;
+
+static enum status count_views(const struct scene *scene, size_t k,
+                               const struct path_object *objects, size_t count,
+                               struct shadow_need *need, struct error *err) {
+    const struct scene_light *light = &scene->lights[k];
+    need->count++;
+    if (!light->point) {
+        need->view[k][0] = need->views++;
+        return STATUS_OK;
+    }
+    double low[3], high[3], radius = 0;
+    light_view_bounds(objects, count, light->position, low, high);
+    for (int i = 0; i < 3; i++)
+        radius += (high[i] - low[i]) * (high[i] - low[i]) / 4;
+    if (light_view_at_vertex(objects, count, light->position, AT_VERTEX * sqrt(radius))) {
+        char pointer[48];
+        snprintf(pointer, sizeof pointer, "/lights/%zu/position", k);
+        return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
+                           "a light that throws shadows stands at a corner of a shell: a millionth "
+                           "of the scene beside it, it can be drawn");
+    }
+    for (int face = 0; face < SHADOW_FACES; face++)
+        if (light_view_meets(low, high, face))
+            need->view[k][face] = need->views++;
+    return STATUS_OK;
 }
 
 enum status shadow_choose(struct scene *scene, struct path_object *objects, size_t count,
@@ -62,17 +90,20 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
     }
     for (size_t k = 0; k < scene->light_count; k++) {
         need->points |= lit && scene->lights[k].point;
-        need->layer[k] = lit && throws(&scene->lights[k]) ? need->count++ : -1;
+        for (int face = 0; face < SHADOW_FACES; face++)
+            need->view[k][face] = -1;
+        if (!lit || !throws(&scene->lights[k]))
+            continue;
+        enum status status = count_views(scene, k, objects, count, need, err);
+        if (status != STATUS_OK)
+            return status;
     }
     if (need->count == 0 && forced && scene->light_count > 0)
-        need->count = 1;
+        need->count = need->views = 1;
     for (size_t i = 0; i < count; i++)
         objects[i].shadow = need->points ? (uint32_t)FLAG_POINT : 0;
     if (need->count == 0)
         return STATUS_OK;
-    /* Shaders that know of points know of both kinds of shadow, or of none. */
-    need->opaque |= need->points;
-    need->media |= need->points;
     need->layers =
         SHADOW_LAYERS * (int)ceil((scene->shadow.slices ? scene->shadow.slices : SLICES) / 12.0);
     need->size = scene->shadow.size;
@@ -85,8 +116,9 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
     }
     if (bytes_of(need, need->size) > SHADOW_BYTES_MAX)
         return error_fault(err, STATUS_TOO_COMPLEX, "/shadow/size",
-                           "maps of %d x %d with %d slices for %d lights: %llu MiB, at most %d",
-                           need->size, need->size, 3 * need->layers, need->count,
+                           "maps of %d x %d with %d slices for %d views of lights: %llu MiB, at "
+                           "most %d",
+                           need->size, need->size, 3 * need->layers, need->views,
                            (unsigned long long)(bytes_of(need, need->size) >> 20),
                            SHADOW_BYTES_MAX >> 20);
     scene->shadow.size = need->size;
@@ -107,10 +139,9 @@ static void drop_maps(struct shadow_maps *maps) {
     glDeleteTextures(1, &maps->planes);
     glDeleteTextures(1, &maps->ranges);
     glDeleteTextures(1, &maps->depths);
-    glDeleteTextures(1, &maps->raw);
     glDeleteTextures(1, &maps->depth);
     glDeleteFramebuffers(1, &maps->framebuffer);
-    maps->planes = maps->ranges = maps->depths = maps->raw = maps->depth = maps->framebuffer = 0;
+    maps->planes = maps->ranges = maps->depths = maps->depth = maps->framebuffer = 0;
 }
 
 static GLuint make_map(GLenum target, GLenum format, int size, int layers) {
@@ -120,9 +151,8 @@ static GLuint make_map(GLenum target, GLenum format, int size, int layers) {
         glTextureStorage2D(texture, 1, format, size, size);
     else
         glTextureStorage3D(texture, 1, format, size, size, layers);
-    GLint filter = target == GL_TEXTURE_2D ? GL_NEAREST : GL_LINEAR;
-    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, filter);
-    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, filter);
+    glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     glTextureParameteri(texture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTextureParameteri(texture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     return texture;
@@ -131,7 +161,7 @@ static GLuint make_map(GLenum target, GLenum format, int size, int layers) {
 static enum status size_maps(struct shadow_maps *maps, const struct shadow_need *need,
                              struct error *err) {
     bool same = maps->framebuffer && maps->need.size == need->size &&
-                maps->need.count == need->count && maps->need.layers == need->layers &&
+                maps->need.views == need->views && maps->need.layers == need->layers &&
                 maps->need.opaque == need->opaque && maps->need.media == need->media;
     maps->need = *need;
     if (same)
@@ -139,15 +169,14 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
     drop_maps(maps);
     glCreateFramebuffers(1, &maps->framebuffer);
     if (need->opaque) {
-        maps->planes = make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->count);
+        maps->planes = make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->views);
         maps->depth = make_map(GL_TEXTURE_2D, GL_DEPTH_COMPONENT32F, need->size, 1);
         glNamedFramebufferTexture(maps->framebuffer, GL_DEPTH_ATTACHMENT, maps->depth, 0);
     }
     if (need->media) {
-        maps->ranges = make_map(GL_TEXTURE_2D_ARRAY, GL_RG32F, need->size, need->count);
+        maps->ranges = make_map(GL_TEXTURE_2D_ARRAY, GL_RG32F, need->size, need->views);
         maps->depths =
-            make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->count * need->layers);
-        maps->raw = make_map(GL_TEXTURE_2D, GL_RGBA32F, need->size, 1);
+            make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->views * need->layers);
     }
     GLint bits = 4; /* what GL guarantees */
     glGetIntegerv(GL_SUBPIXEL_BITS, &bits);
@@ -155,15 +184,13 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
     return gl_check("maps for shadows", err);
 }
 
-/* From now on into one texture, or into `count` layers of one. */
+/* From now on into `count` layers of a texture. */
 static void aim(const struct shadow_maps *maps, GLuint texture, int layer, int count) {
     static const GLenum buffers[SHADOW_LAYERS] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
                                                   GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3};
     for (int i = 0; i < SHADOW_LAYERS; i++)
         if (i >= count)
             glNamedFramebufferTexture(maps->framebuffer, buffers[i], 0, 0);
-        else if (layer < 0)
-            glNamedFramebufferTexture(maps->framebuffer, buffers[i], texture, 0);
         else
             glNamedFramebufferTextureLayer(maps->framebuffer, buffers[i], texture, 0, layer + i);
     glNamedFramebufferDrawBuffers(maps->framebuffer, count, buffers);
@@ -185,7 +212,6 @@ struct shadow_pass *shadow_pass_create(void) {
         return NULL;
     prism_maps_init(&pass->prisms);
     pass->cells = cell_pass_create(GL_PROGRAM_CASTER, &pass->prisms);
-    glCreateVertexArrays(1, &pass->array);
     if (!pass->cells) {
         shadow_pass_destroy(pass);
         return NULL;
@@ -198,7 +224,6 @@ void shadow_pass_destroy(struct shadow_pass *pass) {
         return;
     drop_maps(&pass->maps);
     glDeleteBuffers(1, &pass->maps.block);
-    glDeleteVertexArrays(1, &pass->array);
     cell_pass_destroy(pass->cells);
     prism_maps_finish(&pass->prisms);
     outlines_finish(&pass->outlines);
@@ -240,24 +265,6 @@ static enum status draw_opaque(struct shadow_pass *pass, struct surface_pass *su
                                : status;
 }
 
-static enum status fill_range(struct shadow_pass *pass, struct picture *picture, int layer,
-                              struct error *err) {
-    GLuint program;
-    enum status status =
-        gl_programs_get(picture->programs, GL_PROGRAM_RANGE_FILL, 0, &program, &picture->cold, err);
-    if (status != STATUS_OK)
-        return status;
-    aim(&pass->maps, pass->maps.ranges, layer, 1);
-    glDisable(GL_DEPTH_TEST);
-    glDisable(GL_BLEND);
-    glUseProgram(program);
-    glBindTextureUnit(BINDING_SAMPLES, pass->maps.raw);
-    gl_blocks_draw(NULL, program, pass->array);
-    glBindTextureUnit(BINDING_SAMPLES, 0);
-    picture->report->work.draws++;
-    return gl_check("filling the ranges of media", err);
-}
-
 static void begin_media(const struct picture *picture, GLuint depth, GLenum equation) {
     cell_pass_begin_media(picture);
     if (depth) {
@@ -276,14 +283,12 @@ static enum status draw_media(struct shadow_pass *pass, struct picture *picture,
     int layers = maps->need.layers;
     int slices[3] = {3 * layers, 0, light};
     enum status status = outline(pass, picture, false, err);
-    aim(maps, maps->raw, -1, 1);
+    aim(maps, maps->ranges, light, 1);
     clear(maps, 1, FAR_AWAY, FAR_AWAY);
     begin_media(picture, maps->depth, GL_MIN);
     cell_pass_cast(pass->cells, GL_PROGRAM_CASTER_RANGE, slices);
     if (status == STATUS_OK)
         status = cell_pass_draw(pass->cells, picture, &pass->outlines, false, err);
-    if (status == STATUS_OK)
-        status = fill_range(pass, picture, light, err);
     for (int done = 0; done < layers && status == STATUS_OK; done += SHADOW_LAYERS) {
         aim(maps, maps->depths, light * layers + done, SHADOW_LAYERS);
         clear(maps, SHADOW_LAYERS, 0, 0);
@@ -297,6 +302,21 @@ static enum status draw_media(struct shadow_pass *pass, struct picture *picture,
     glBindTextureUnit(BINDING_SHADOW_RANGES, 0);
     cell_pass_end_media();
     return status;
+}
+
+/* Steps across a thickness, as fine as the eye's. Planes are as far from one another as the shell's
+ * diagonal over their number, or nearer; eight steps a layer of voxels err by a sixty-fourth of
+ * what one does, and more of them say no more. */
+static int steps_of_light(const struct path_object *object) {
+    double steps = object->quality;
+    if (object->object->path == SCENE_PATH_SLICING) {
+        double across[3];
+        for (int i = 0; i < 3; i++)
+            across[i] = object->shell->bounds_max[i] - object->shell->bounds_min[i];
+        steps *= object->shell->thickness / sqrt(dot(across, across));
+        steps = fmin(steps, 8.0 * object->layers);
+    }
+    return steps > object->layers ? (int)steps : object->layers;
 }
 
 /* The picture's objects as a light sees them. */
@@ -316,10 +336,7 @@ static enum status see(struct picture *picture, struct error *err) {
         object->fp64 = precision_needs_fp64(object->shell, &object->projection, &picture->world);
         object->walk = false;
         object->method = SCENE_SLICING_SLABS;
-        /* As finely as the eye sees it, where it counts in the same steps. */
-        bool steps = object->object->path != SCENE_PATH_SLICING;
-        if (!steps || object->quality < object->layers)
-            object->quality = object->layers;
+        object->quality = steps_of_light(object);
         object->exact = object->object->quality.map != SCENE_MAP_AFFINE &&
                         path_object_drawn(object) && !object->volume->homogeneous &&
                         !object->shell->affine;
@@ -343,7 +360,25 @@ static enum status draw_light(struct shadow_pass *pass, struct surface_pass *sur
     return status;
 }
 
-/* `own`: the maps as a caster's shaders know them, their light being the first. */
+/* The view that has the layer; where nothing throws a shadow (forced), any. */
+static void fit(const struct shadow_need *need, const struct scene *scene,
+                const struct picture *picture, int layer, struct view *view) {
+    static const double down[3] = {0, 0, -1};
+    const double *direction = scene->lights[0].point ? down : scene->lights[0].direction;
+    for (size_t k = 0; k < scene->light_count; k++)
+        for (int face = 0; face < SHADOW_FACES; face++) {
+            if (need->view[k][face] != layer)
+                continue;
+            if (scene->lights[k].point) {
+                light_view_face(picture, scene->lights[k].position, face, need->size, view);
+                return;
+            }
+            direction = scene->lights[k].direction;
+        }
+    light_view_fit(picture, direction, need->size, view);
+}
+
+/* `own`: the maps as a caster's shaders know them, their view being the first. */
 static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *surface,
                                struct picture *view, struct shadow_maps *own, struct error *err) {
     struct shadow_maps *maps = &pass->maps;
@@ -353,12 +388,8 @@ static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *su
     enum status status =
         objects ? STATUS_OK
                 : error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a light's view");
-    for (int layer = 0; layer < maps->need.count && status == STATUS_OK; layer++) {
-        size_t k = 0; /* where nothing throws a shadow: forced, by the first light */
-        while (k < scene->light_count && maps->need.layer[k] != layer)
-            k++;
-        light_view_fit(view, scene->lights[k < scene->light_count ? k : 0].direction,
-                       maps->need.size, &maps->view[layer]);
+    for (int layer = 0; layer < maps->need.views && status == STATUS_OK; layer++) {
+        fit(&maps->need, scene, view, layer, &maps->view[layer]);
         own->view[0] = maps->view[layer];
         for (size_t i = 0; i < view->object_count; i++) {
             objects[i] = seen[i];
@@ -378,7 +409,8 @@ static enum status draw_lights(struct shadow_pass *pass, struct surface_pass *su
 
 /* Places along a light's ray are told apart to SHADOW_ROUNDING: a shell that is not sixteen times
  * as deep has shadows on itself that are off by more than a sixteenth of its optical depth. */
-static void warn_of_thin(const struct shadow_maps *maps, const struct picture *picture) {
+void shadow_pass_warn(const struct shadow_pass *pass, const struct picture *picture) {
+    const struct shadow_maps *maps = &pass->maps;
     for (size_t i = 0; i < picture->object_count && maps->need.media; i++) {
         const struct path_object *object = &picture->objects[i];
         if (!object->shell || !variant_needs_normals(object, picture->lights.count) ||
@@ -414,8 +446,11 @@ enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need 
     cell_pass_begin_picture(pass->cells);
     struct shadow_maps own = pass->maps;
     own.planes = own.ranges = own.depths = 0;
+    own.need.views = 1;
+    own.need.points = false;
     for (int k = 0; k < LIGHTS_MAX; k++)
-        own.need.layer[k] = k == 0 ? 0 : -1;
+        for (int face = 0; face < SHADOW_FACES; face++)
+            own.need.view[k][face] = k + face == 0 ? 0 : -1;
     struct gl_target target = {.depth = 0};
     struct picture view = *picture;
     view.shadows = &own;
@@ -425,7 +460,6 @@ enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need 
     view.target = &target;
     status = draw_lights(pass, surface, &view, &own, err);
     picture->cold |= view.cold;
-    warn_of_thin(&pass->maps, picture);
     return status;
 }
 
@@ -437,9 +471,32 @@ static void set_row(float row[4], const double v[3], double scale, double last) 
     row[3] = (float)last;
 }
 
+/* How a view's samples lie in the space of `view`, an object's. */
+static void set_view(float (*row)[4], const struct view *world, const struct view *view,
+                     const struct path_object *object, double size) {
+    struct view light;
+    view_in_object(world, object->object->transform, view->center, &light);
+    /* In perspective, times 1 + t. */
+    double h[4] = {0, 0, 0, 1};
+    if (!world->orthographic)
+        memcpy(h, light.h_row, sizeof h);
+    for (int axis = 0; axis < 2; axis++) {
+        const double *from = axis ? light.y_row : light.x_row;
+        for (int i = 0; i < 4; i++)
+            row[axis ? SHADOW_Y : SHADOW_X][i] = (float)((from[i] + h[i]) * size / 2);
+    }
+    set_row(row[SHADOW_T], light.h_row, 1, light.h_row[3] - 1);
+    set_row(row[SHADOW_U], world->ou, 2 / size, 0);
+    double depth = sqrt(dot(world->d0, world->d0));
+    set_row(row[SHADOW_V], world->ov, 2 / size, 2 / size * sqrt(dot(world->ov, world->ov)) / depth);
+    /* Depths of a light with a direction are within a quarter. */
+    set_row(row[SHADOW_D], world->d0, 1,
+            world->orthographic ? 1 : 4 * (1 / world->depth_scale + fabs(light.h_row[3] - 1)));
+}
+
 /* Where lights stand, from the world's centre, and how places in an object's space lie to that. */
-static void set_points(float rows[SHADOW_VEC4S][4], const struct scene *scene,
-                       const double world[3], const double center[3], const double m[16]) {
+static void set_points(float (*rows)[4], const struct scene *scene, const double world[3],
+                       const double center[3], const double m[16]) {
     for (int r = 0; r < 3; r++) {
         double shift = m[12 + r] - world[r];
         for (int c = 0; c < 3; c++) {
@@ -461,34 +518,27 @@ void shadow_bind(const struct picture *picture, const struct view *view,
     const struct shadow_maps *maps = picture->shadows;
     if (!maps)
         return;
-    float rows[SHADOW_VEC4S][4];
-    memset(rows, 0, sizeof rows);
+    enum { VIEWS = SHADOW_FACES * SHADOW_VIEWS };
+    float rows[SHADOW_VIEW + VIEWS * SHADOW_ROWS][4];
+    size_t used = SHADOW_VIEW + (maps->need.points ? VIEWS : SHADOW_VIEWS) * SHADOW_ROWS;
+    memset(rows, 0, used * sizeof *rows);
     double size = maps->need.size;
     rows[0][0] = (float)size;
     rows[0][1] = size > 0 ? (float)(1 / size) : 0;
     rows[0][2] = (float)maps->need.layers;
     rows[0][3] = maps->grid;
-    for (int k = 0; k < LIGHTS_MAX; k++) {
-        float(*row)[4] = rows + 1 + k * SHADOW_ROWS;
-        int layer = maps->need.layer[k];
-        row[SHADOW_U][3] = (float)layer;
-        if (layer < 0)
-            continue;
-        const struct view *world = &maps->view[layer];
-        struct view light;
-        view_in_object(world, object->object->transform, view->center, &light);
-        set_row(row[SHADOW_X], light.x_row, size / 2, (light.x_row[3] + 1) * size / 2);
-        set_row(row[SHADOW_Y], light.y_row, size / 2, (light.y_row[3] + 1) * size / 2);
-        set_row(row[SHADOW_T], light.h_row, 1, light.h_row[3] - 1);
-        set_row(row[SHADOW_U], world->ou, 2 / size, layer);
-        set_row(row[SHADOW_V], world->ov, 2 / size,
-                2 / size * sqrt(dot(world->ov, world->ov) / dot(world->d0, world->d0)));
-        set_row(row[SHADOW_D], world->d0, 1, 0);
-    }
+    for (int k = 0; k < LIGHTS_MAX; k++)
+        for (int face = 0; face < SHADOW_FACES; face++) {
+            int layer = maps->need.view[k][face];
+            rows[SHADOW_FACE + 2 * k + face / 4][face % 4] = (float)layer;
+            if (layer >= 0)
+                set_view(rows + SHADOW_VIEW + layer * SHADOW_ROWS, &maps->view[layer], view, object,
+                         size);
+        }
     const struct scene *scene = &picture->report->resolved;
     if (maps->need.points)
         set_points(rows, scene, picture->world.center, view->center, object->object->transform);
-    glNamedBufferData(maps->block, (GLsizeiptr)sizeof rows, rows, GL_STREAM_DRAW);
+    glNamedBufferData(maps->block, (GLsizeiptr)(used * sizeof *rows), rows, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, BINDING_SHADOW, maps->block);
     glBindTextureUnit(BINDING_SHADOW_PLANES, maps->planes);
     glBindTextureUnit(BINDING_SHADOW_DEPTHS, maps->depths);

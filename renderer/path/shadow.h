@@ -1,6 +1,7 @@
 /* Shadows: what of each light arrives at a point (api/README.md, "The truth of shadow"), for every
  * path alike. Before a picture is drawn, each light that throws shadows gets a view of its own,
- * orthographic and fitted to the objects, and everything is drawn into that: opaque things as
+ * orthographic and fitted to the objects, or, where it stands at a point, up to six in perspective,
+ * through the faces of a cube around it; and everything is drawn into each: opaque things as
  * planes in a shadow map, media as optical depths in slices (shaders/common_shadow.glsl). The draws
  * of lit things then ask these maps at every sample.
  *
@@ -17,11 +18,14 @@
 
 /* What a picture needs of it. */
 struct shadow_need {
-    int count;             /* lights with maps; 0: nothing of all this */
-    int layer[LIGHTS_MAX]; /* of each light's maps, -1: it throws no shadow */
-    bool opaque, media;    /* whether there are such things to throw them */
-    bool points;           /* lights stand at points, which is told with the maps or without */
-    int size, layers;      /* of a map; of four depths each */
+    int count;          /* lights with maps; 0: nothing of all this */
+    int views;          /* of all of them: their maps are one layer each */
+    bool opaque, media; /* whether there are such things to throw them */
+    bool points;        /* lights stand at points, which is told with the maps or without */
+    int size, layers;   /* of a map; of four depths each */
+    /* Each light's views, -1: it throws no shadow, or nothing lies there. A light with a direction
+     * has the first alone; others one for each face of the cube around them (light_view.h). */
+    int view[LIGHTS_MAX][SHADOW_FACES];
 };
 
 /* Decides by the scene and its objects, sets path_object.shadow of all of them and scene->shadow.
@@ -40,6 +44,10 @@ void shadow_pass_destroy(struct shadow_pass *pass); /* takes NULL */
 enum status shadow_pass_draw(struct shadow_pass *pass, const struct shadow_need *need,
                              struct surface_pass *surface, struct picture *picture,
                              struct error *err);
+
+/* Warns in picture->report (`shadow-coarse`) of shells that the maps just drawn are too coarse for.
+ */
+void shadow_pass_warn(const struct shadow_pass *pass, const struct picture *picture);
 
 /* Binds the maps and how the space of `view`, an object's, falls on them; nothing where there are
  * none. */

@@ -50,7 +50,12 @@ static bool meet(void *user, uint32_t index) {
     }
     /* What the eye lies on it does not see: nearer than this is rounding. */
     double rounding = 1e-13 * (fabs(nearest->t_eye) + nearest->object->radius / ray->speed);
-    if (!(t > nearest->t_eye + rounding && t < nearest->t))
+    /* Nor is what a light stands on in its way; seen nearly from the edge it is met less exactly.
+     */
+    double before = nearest->t;
+    if (nearest->origin && isfinite(before))
+        before -= 1e4 * rounding;
+    if (!(t > nearest->t_eye + rounding && t < before))
         return true;
     nearest->t = t;
     nearest->triangle = index;

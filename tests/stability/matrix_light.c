@@ -1,11 +1,16 @@
 /* Light and shadow at their ends: lights under the horizon, along a surface, along the camera's up,
  * eight of them, black ones; scenes a millionth and a million units wide, and far away; the eye in
  * the shell; media that let nothing through; transforms that mirror; shells in one another. */
+#include <math.h>
+
 #include "tests/stability/matrix_scenes.h"
 
 #define CAST(direction)                                                                            \
     "'lights': [{'direction': " direction                                                          \
     ", 'color': [3, 2, 1], 'shadow': true}], 'ambient': [0.1, 0.2, 0.1], "
+#define POINT_AT                                                                                   \
+    "'lights': [{'position': [%.17g, %.17g, %.17g], 'radius': %.17g, 'color': [%.17g, %.17g, "     \
+    "%.17g], 'shadow': true}], 'ambient': [0.1, 0.2, 0.1], "
 #define SUN   CAST("[1, 0.5, -1.3]")
 #define FINE  "'shadow': {'size': 512, 'slices': 24}, "
 #define STEPS ", 'quality': {'samples': 32}"
@@ -182,6 +187,91 @@ static void tinted(struct matrix *matrix) {
                "'homogeneous', 'extinction_color': [0.2, 1, 0.4]}}}, " GROUND(BELOW) "]}");
 }
 
+/* Lights that stand at points: beside, in, on and far from what throws shadows. */
+static void points(struct matrix *matrix) {
+    struct matrix_case made = {
+        .group = "light", .quick = true, .bound = BOUND_PICTURE, .most = 0.03, .why = why_maps};
+    static const struct {
+        const char *name;
+        double place[3], color;
+        bool quick;
+    } lights[] = {
+        {"point light beside", {1.5, -1.2, 1.5}, 6, true},
+        {"point light in the shell", {0.75, -0.75, 0.6}, 1, true},
+        {"point light in the base", {0.1, 0.2, 0.1}, 1, false},
+        {"point light beside a vertex", {0, 0, 1.00001}, 1, false},
+        {"point light on the ground", {1.1, -1.4, -1.5}, 1, false},
+        {"point light just above the ground", {1.1, -1.4, -1.499999}, 1, false},
+        {"point light behind the ground", {0.3, -0.2, -4}, 9, false},
+        {"point light in a face's corner", {2, -2, 2}, 9, false},
+        {"point light at 1e3", {-600, -300, 800}, 1e6, false},
+    };
+    for (size_t i = 0; i < sizeof lights / sizeof *lights; i++) {
+        const double *at = lights[i].place;
+        snprintf(made.name, sizeof made.name, "%s", lights[i].name);
+        made.quick = lights[i].quick;
+        matrix_add(
+            matrix, made,
+            "{" IMAGE(16) AWAY POINT_AT FINE "'objects': [" MIST(STEPS) ", " GROUND(BELOW) "]}",
+            at[0], at[1], at[2], 0.3, lights[i].color, lights[i].color / 2, lights[i].color / 2);
+    }
+    static const double scales[] = {1e-6, 300}; /* a colour is 1e6 at most */
+    made.quick = false;
+    for (size_t i = 0; i < 2; i++) {
+        double s = scales[i], color = fmin(1e6, 6 * s * s);
+        snprintf(made.name, sizeof made.name, "point light, scale %g", s);
+        matrix_add(
+            matrix, made,
+            "{" IMAGE(
+                16) "'camera': {'eye': [%.17g, %.17g, %.17g], 'fov_y_deg': 50}, " POINT_AT FINE
+                    "'objects': [" MIST(", 'transform': {'scale': %.17g}" STEPS) ", " GROUND(
+                        ", 'transform': {'scale': %.17g, 'translate': [0, 0, %.17g]}") "]}",
+            0.5 * s, -4 * s, 3 * s, 1.5 * s, -1.2 * s, 1.5 * s, 0.3 * s, color, color / 2,
+            color / 2, s, s, -1.5 * s);
+    }
+    snprintf(made.name, sizeof made.name, "point light, three million units away");
+    matrix_add(
+        matrix, made,
+        "{" IMAGE(16) "'camera': {'eye': [3000000.5, -2000004, 1000003], 'target': "
+                      "[3000000, -2000000, 1000000], 'fov_y_deg': 50}, " POINT_AT FINE
+                      "'objects': [" MIST(
+                          ", 'transform': {'translate': [3000000, -2000000, "
+                          "1000000]}" STEPS) ", " GROUND(", 'transform': {'translate': [3000000, "
+                                                         "-2000000, 999998.5]}") "]}",
+        3000001.5, -2000001.2, 1000001.5, 0.3, 6.0, 3.0, 3.0);
+    snprintf(made.name, sizeof made.name, "eight point lights");
+    matrix_add(matrix, made,
+               "{" IMAGE(16) AWAY
+               "'lights': [{'position': [2, 0, 1], 'color': [3, 0, 0], 'shadow': true}, "
+               "{'position': [-2, 0, 1], 'color': [0, 3, 0], 'shadow': true}, {'position': [0, 2, "
+               "1], 'color': [0, 0, 3], 'shadow': true}, {'position': [0, -2, 1], 'color': [2, 2, "
+               "0], 'shadow': true}, {'position': [0, 0, 2], 'color': [0, 2, 2], 'shadow': true}, "
+               "{'position': [0, 0, 1.2], 'color': [1, 0, 1], 'shadow': true}, {'position': [1.1, "
+               "0, 0], 'color': [1, 1, 1], 'shadow': true}, {'position': [0, -1.2, -0.3], "
+               "'color': [1, 1, 1], 'shadow': true}], 'objects': [{'mesh': {'shape': "
+               "'sphere'}, 'color': [0.8, 0.6, 0.4]}, {'shell': {'mesh': {'shape': 'torus', "
+               "'divisions': [12, 6]}, 'thickness': 0.2, 'material': {'builtin': 'homogeneous', "
+               "'extinction': 2}}, 'transform': {'scale': 1.5}}, " GROUND(BELOW) "]}");
+    made.most = 0.08;
+    made.why = "rings a few texels wide: a pixel of 16 is lit or dark by one ray";
+    static const struct {
+        const char *name;
+        double place[3];
+    } in[] = {{"point light over columns", {0.4, -0.5, 1.4}},
+              {"point light between columns", {0.4, -0.5, 0.4}},
+              {"point light beside a column", {0.25, -0.25, 0.25}}};
+    for (size_t i = 0; i < sizeof in / sizeof *in; i++) {
+        snprintf(made.name, sizeof made.name, "%s", in[i].name);
+        matrix_add(
+            matrix, made,
+            "{" IMAGE(16) AWAY POINT_AT FINE
+            "'objects': [{'shell': {'mesh': {'shape': 'plane', 'divisions': [2, 2]}, "
+            "'thickness': 0.5, 'tiles': [1, 1], 'material': {'builtin': 'chain', 'size': [32, "
+            "32, 12]}}, 'quality': {'samples': 128}}, " GROUND(BELOW) "]}",
+            in[i].place[0], in[i].place[1], in[i].place[2], 0.1, 1.0, 0.5, 0.5);
+    }
+}
+
 void matrix_light(struct matrix *matrix) {
     tinted(matrix);
     filled(matrix);
@@ -266,15 +356,16 @@ void matrix_light(struct matrix *matrix) {
                "'thickness': 0.3, 'tiles': [3, 2], 'material': {'builtin': 'clouds', 'size': [8, "
                "8, 4]}}" STEPS "}, " GROUND(BELOW) "]}");
     snprintf(made.name, sizeof made.name, "columns of a solid");
-    made.most = 0.12;
+    made.most = 0.08;
     made.why =
-        "rings a few texels wide: a pixel of 16 is lit or dark by one ray (measured 0.06 to 0.08)";
+        "rings a few texels wide: a pixel of 16 is lit or dark by one ray (measured 0.054, and "
+        "by slabs 0.082 as long as light took coarser steps through them)";
     matrix_add(matrix, made,
                "{" IMAGE(16) AWAY SUN FINE
                "'objects': [{'shell': {'mesh': {'shape': 'plane', 'divisions': [2, 2]}, "
                "'thickness': 0.5, 'tiles': [1, 1], 'material': {'builtin': 'chain', 'size': [32, "
                "32, 12]}}, 'quality': {'samples': 128}}, " GROUND(BELOW) "]}");
-    static const double depths[] = {1e-4, 30, 1e4};
+    static const double depths[] = {1e-4, 30, 1e6};
     made.voxels = fill_dense;
     for (size_t i = 0; i < 3; i++) {
         snprintf(made.name, sizeof made.name, "optical depth %g", depths[i]);
@@ -290,4 +381,5 @@ void matrix_light(struct matrix *matrix) {
                    "'divisions': [2, 2]}, 'thickness': 0.5, 'base': {}, 'material': {'builtin': "
                    "'clouds', 'size': [4, 4, 4]}}, 'quality': {'samples': 256}}]}");
     }
+    points(matrix);
 }

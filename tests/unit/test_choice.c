@@ -234,6 +234,29 @@ static void test_overlaps(void **state) {
     finish(&drawn);
 }
 
+/* What is said of shadows outlasts the path that was planned first: as many shells as above, and
+ * one that is too thin for its shadow on itself. */
+static void test_warnings_outlast_the_first_path(void **state) {
+    (void)state;
+    static const char thin[] = ", {'shell': {'mesh': {'shape': 'sphere'}, 'thickness': 1e-6, "
+                               "'material': {'builtin': 'fur', 'size': [4, 4, 4]}}, 'transform': "
+                               "{'translate': [9, 0, 0]}}]}";
+    struct drawn drawn;
+    char *json = malloc(16384);
+    assert_non_null(json);
+    write_stack(json, 7, "'lights': [{'shadow': true}], ");
+    assert_true(strlen(json) + sizeof thin < 16384);
+    memcpy(json + strlen(json) - 2, thin, sizeof thin);
+    draw(json, &drawn);
+    free(json);
+    const struct report *report = &drawn.result.report;
+    assert_int_equal(report->choice.by, REPORT_CHOICE_PREPARE);
+    assert_int_equal(report->warning_count, 1);
+    assert_string_equal(report->warnings[0].code, "shadow-coarse");
+    assert_string_equal(report->warnings[0].pointer, "/objects/7");
+    finish(&drawn);
+}
+
 /* More shells than can be sorted: the path that cannot draw them is told, the other one draws. */
 static void test_refused(void **state) {
     (void)state;
@@ -335,6 +358,7 @@ int main(void) {
         cmocka_unit_test_teardown(test_said, tear_down_test),
         cmocka_unit_test_teardown(test_counts, tear_down_test),
         cmocka_unit_test_teardown(test_overlaps, tear_down_test),
+        cmocka_unit_test_teardown(test_warnings_outlast_the_first_path, tear_down_test),
         cmocka_unit_test_teardown(test_refused, tear_down_test),
         cmocka_unit_test_teardown(test_trials_for_error, tear_down_test),
         cmocka_unit_test_teardown(test_trials_for_deadline, tear_down_test),
