@@ -107,6 +107,34 @@ static bool any_solid(const struct picture *picture) {
     return false;
 }
 
+/* What no sample of a picture tells of its hard edges: a sample that lies within what a raster or
+ * fp32 leaves open of an edge falls on the one side here and on the other in truth. Of samples in
+ * pictures of solids one in EDGES_EVERY does (measured: one in 5,000 to 9,000, forty scenes of
+ * chain at 1 sample a pixel), and makes an error of what lies between neighbouring pixels at the
+ * most. */
+enum { EDGES_EVERY = 8192 };
+
+static double edge_error(const struct measure *measure, const uint8_t *met_pixels) {
+    size_t width = (size_t)measure->scene->image.width;
+    size_t height = (size_t)measure->scene->image.height;
+    double most = 0, samples = (double)measure->drawing->plan->k * measure->drawing->plan->k;
+    for (size_t y = 0; y < height; y++)
+        for (size_t x = 0; x < width; x++) {
+            const float *here = measure->pixels + 4 * (y * width + x);
+            const float *beside[2] = {x + 1 < width ? here + 4 : here,
+                                      y + 1 < height ? here + 4 * width : here};
+            for (int k = 0; k < 2 && met_pixels[y * width + x]; k++) {
+                double sum = 0;
+                for (int i = 0; i < 4; i++) {
+                    double d = (double)here[i] - (double)beside[k][i];
+                    sum += d * d / 4;
+                }
+                most = fmax(most, sum); /* fmax() passes over what is no number */
+            }
+        }
+    return sqrt(most / (EDGES_EVERY * samples));
+}
+
 /* Pixels that objects touch: those where a shell is met, and where the picture is drawn on. Where
  * there are no shells, the latter take the place of the former. */
 static size_t count_touched(const struct measure *measure, uint8_t *met_pixels, size_t *met) {
@@ -183,6 +211,9 @@ enum status estimate_error(const struct measure *measure, struct report *report,
                             &model, err);
     if (status != STATUS_OK)
         goto done;
+    /* Where the model error is unknown it stays so. */
+    if (any_solid(measure->drawing->picture))
+        model.rmse = hypot(model.rmse, edge_error(measure, met_pixels));
     out->model = model.rmse * share;
     out->model_standard_error = model.standard_error * share;
     out->model_pixels = model.pixels;

@@ -57,7 +57,7 @@ int main(int argc, char **argv) {
     for (int id = 0; id < GL_PROGRAM_COUNT; id++) {
         uint32_t known = gl_program_flags((enum gl_program_id)id), variant = 0;
         static struct variant_cover cover;
-        variant_cover_init(&cover, (enum gl_program_id)id);
+        variant_cover_init(&cover, (enum gl_program_id)id, 3);
         /* (variant - known) & known counts through the submasks of `known`, and ends at 0 again. */
         do {
             if (gl_program_makes_sense((enum gl_program_id)id, variant) &&

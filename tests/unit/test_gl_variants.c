@@ -1,5 +1,6 @@
-/* The variants that variant_cover.h takes compile and link on the GL of this machine. glslang,
- * which tests/check/shaders.sh uses, accepts some of what drivers refuse, and the other way round.
+/* The variants that variant_cover.h takes for pairs of flags compile and link on the GL of this
+ * machine. glslang, which tests/check/shaders.sh uses, accepts some of what drivers refuse, and the
+ * other way round.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -22,7 +23,7 @@ static void test_variants_link(void **state) {
     for (int id = 0; id < GL_PROGRAM_COUNT; id++) {
         uint32_t known = gl_program_flags((enum gl_program_id)id), variant = 0;
         static struct variant_cover cover;
-        variant_cover_init(&cover, (enum gl_program_id)id);
+        variant_cover_init(&cover, (enum gl_program_id)id, 2);
         do {
             GLuint program = 0;
             if (gl_program_makes_sense((enum gl_program_id)id, variant) &&

@@ -85,7 +85,7 @@ static const struct row rows[] = {
      "entries exact-map media resolve voxels fill", "WALK:medium+exact+fill RESOLVE:"},
     {CAST SHELL(SPHERE, FUR ", 'absorption': 1", "") END,
      "entries exact-map media resolve voxels fill light shadow shadow-slices gradients",
-     "CASTER:medium+exact+fill CASTER_RANGE: RANGE_FILL: WALK:medium+lit+exact+dimmed+fill "
+     "CASTER:medium+exact+fill CASTER_RANGE: WALK:medium+lit+exact+dimmed+fill "
      "RESOLVE:"},
     {ONE SHELL(SPHERE, MIST ", 'absorption': 1, 'emission': [1, 0, 0]", "") END,
      "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
