@@ -418,7 +418,8 @@ enum status contest_deadline(const struct contest *contest, const struct measure
         return STATUS_OK;
     /* Twice as long as expected, and still in time: no number of steps is as good as none. */
     const struct report_candidate *chosen = &choice->among[choice->chosen];
-    if (chosen->exact && !row_of(&report->choice, other)->exact && 2 * chosen->expected_ms < left_ms)
+    if (chosen->exact && !row_of(&report->choice, other)->exact &&
+        2 * chosen->expected_ms < left_ms)
         return STATUS_OK;
     struct stand *first = stand_save(contest);
     if (!first)

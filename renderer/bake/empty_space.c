@@ -66,7 +66,7 @@ enum status empty_space(const struct volume *volume, enum bake_field field, uint
         bool full = field == BAKE_FIELD_SOLID ? value >= holds : value > holds;
         distance[i] = full ? 0 : EMPTY_SPACE_MAX;
     }
-    uint8_t *rows = malloc(count), *layers = malloc(count);
+    uint8_t *rows = calloc(count + 1, 1), *layers = calloc(count + 1, 1);
     enum status status = rows && layers ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     if (status == STATUS_OK)
         for (int round = 1;

@@ -14,10 +14,6 @@
 #include "renderer/bake/pyramid.h"
 #include "renderer/bake/view_pyramid.h"
 #include "renderer/gl/context.h"
-#include "shaders/interface.h"
-
-/* The shaders take tangents from a tile as deep as the generators think it is. */
-_Static_assert((int)(1024 * (TILE_DEPTH - VOLUME_TILE_DEPTH)) == 0, "a tile's depth");
 
 struct entry {
     struct baked baked; /* first: what is handed out */

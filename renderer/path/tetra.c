@@ -169,7 +169,10 @@ static void warn_of_steps(const struct path_object *object, struct report *repor
                     "than %d take longer ones than `samples` asks for",
                     steps, PATH_STEPS_MAX);
     double step = shell->thickness / object->quality;
-    if (object->any_quality) /* from voxel to voxel, as far as a segment's steps reach */
+    bool medium = volume_has_medium(object->volume), solid = volume_has_solid(object->volume);
+    if ((!medium || path_object_leaps(object, false)) &&
+        (!solid || path_object_leaps(object, true)))
+        /* by voxels, as far as a segment's steps reach */
         step = (double)shell->longest / frame_steps_max(object);
     frame_warn_skipped(object, step, "samples", report);
 }

@@ -11,6 +11,7 @@
 #include "renderer/asset/volume.h"
 #include "renderer/bake/normals.h"
 #include "renderer/bake/volume_texture.h"
+#include "shaders/interface.h"
 #include "tests/unit/gl_fixture.h"
 
 enum { NX = 16, NY = 8, NZ = 4, VOXELS = NX * NY * NZ };
@@ -199,8 +200,15 @@ static void time_is_told_by_stage(void **state) {
     close_kit(&kit);
 }
 
+/* Shaders take tangents from a tile as deep as the generators think it is. */
+static void tiles_are_as_deep_as_made(void **state) {
+    (void)state;
+    assert_true(TILE_DEPTH == VOLUME_TILE_DEPTH);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(tiles_are_as_deep_as_made),
         cmocka_unit_test(voxels_arrive_unchanged),
         cmocka_unit_test(solids_have_solid_textures),
         cmocka_unit_test(homogeneous_needs_no_texture),
