@@ -118,12 +118,16 @@ static double edge_error(const struct measure *measure, const uint8_t *met_pixel
     size_t width = (size_t)measure->scene->image.width;
     size_t height = (size_t)measure->scene->image.height;
     double most = 0, samples = (double)measure->drawing->plan->k * measure->drawing->plan->k;
+    const double *background = measure->scene->image.background;
+    float behind[4];
+    for (int i = 0; i < 4; i++) /* premultiplied */
+        behind[i] = (float)(background[i] * (i < 3 ? background[3] : 1));
     for (size_t y = 0; y < height; y++)
         for (size_t x = 0; x < width; x++) {
             const float *here = measure->pixels + 4 * (y * width + x);
-            const float *beside[2] = {x + 1 < width ? here + 4 : here,
-                                      y + 1 < height ? here + 4 * width : here};
-            for (int k = 0; k < 2 && met_pixels[y * width + x]; k++) {
+            const float *beside[3] = {x + 1 < width ? here + 4 : here,
+                                      y + 1 < height ? here + 4 * width : here, behind};
+            for (int k = 0; k < 3 && met_pixels[y * width + x]; k++) {
                 double sum = 0;
                 for (int i = 0; i < 4; i++) {
                     double d = (double)here[i] - (double)beside[k][i];
