@@ -6,21 +6,7 @@
 
 #include <math.h>
 
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 /* The optical depth that a pixel shows, from its alpha. */
 static double depth_of(const float *pixel) {

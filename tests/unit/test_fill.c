@@ -6,21 +6,7 @@
 
 #include "renderer/truth.h"
 #include "tests/reference_fixture.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 /* What a ray of the length s brings through a slab: radiance and alpha. */
 static void slab(double sigma, const double c[3], double absorption, const double q[3], double s,

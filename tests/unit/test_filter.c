@@ -5,21 +5,7 @@
 
 #include "renderer/force.h"
 #include "shaders/interface.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 enum { WIDTH = 32, PIXELS = WIDTH * WIDTH, TRUTH = 64 };
 

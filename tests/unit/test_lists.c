@@ -3,21 +3,7 @@
  * picture, to the bit; and where the processor counts what it cut, the device may have put aside as
  * many or more, since it keeps room for a second polygon. */
 #include "renderer/force.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 static void draw(struct render_result *result, uint32_t force, const char *scene) {
     renderer_force(renderer, force);

@@ -4,20 +4,7 @@
 #include <stdlib.h>
 
 #include "tests/reference_fixture.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 /* Of a torus with d x d/2 divisions under clouds. */
 #define TORUS                                                                                      \

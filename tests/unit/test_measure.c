@@ -6,21 +6,7 @@
 #include "renderer/error/metrics.h"
 #include "renderer/gl/clock.h"
 #include "renderer/truth.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 #define CLOUDS "'material': {'builtin': 'clouds', 'size': [32, 32, 16]}"
 #define CHAIN  "'material': {'builtin': 'chain', 'size': [32, 32, 8]}"

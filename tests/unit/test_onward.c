@@ -4,21 +4,7 @@
 #include <math.h>
 
 #include "renderer/force.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 static void draw(struct render_result *result, uint32_t force, const char *scene) {
     renderer_force(renderer, force);

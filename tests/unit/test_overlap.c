@@ -5,22 +5,8 @@
 #include <stdlib.h>
 
 #include "renderer/truth.h"
-#include "tests/support.h"
 #include "tests/unit/asset_files.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 /* A slab across the view, from z = low to high in the world. */
 struct slab {

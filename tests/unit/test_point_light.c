@@ -4,21 +4,7 @@
 #include <stdlib.h>
 
 #include "renderer/truth.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 /* A plane under a light at the height h over its middle: L h / d^3, and L h / (d r^2) within the
  * light's radius; under it nothing. */

@@ -5,20 +5,7 @@
 #include "renderer/error/metrics.h"
 #include "tests/reference_fixture.h"
 #include "tests/unit/asset_files.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 #define SCENE                                                                                      \
     "{'image': {'width': 40, 'height': 40, 'samples': 1}, 'camera': {'eye': [0.7, -2.8, 2.1], "    \

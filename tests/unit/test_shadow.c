@@ -4,21 +4,7 @@
 #include <stdlib.h>
 
 #include "renderer/truth.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 #define DOWN "'eye': [0, 0, 9], 'target': [0, 0, 0], 'up': [0, 1, 0], 'ortho_height': 2"
 

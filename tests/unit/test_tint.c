@@ -6,21 +6,7 @@
 #include <stdlib.h>
 
 #include "tests/reference_fixture.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 static const double color[3] = {0.25, 0.5, 1}, tint[3] = {1, 0.25, 0};
 #define TINT "'extinction_color': [1, 0.25, 0]"

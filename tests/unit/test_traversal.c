@@ -5,21 +5,7 @@
 #include <stdlib.h>
 
 #include "renderer/force.h"
-#include "tests/support.h"
-
-static struct renderer *renderer;
-
-static int open_renderer(void **state) {
-    (void)state;
-    renderer = support_renderer();
-    return 0;
-}
-
-static int close_renderer(void **state) {
-    (void)state;
-    renderer_destroy(renderer);
-    return 0;
-}
+#include "tests/unit/renderer_fixture.h"
 
 enum { WIDTH = 48, PIXELS = WIDTH * WIDTH };
 
