@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Compiles and links variants of every program with glslangValidator, the reference compiler: drivers
-# accept what the standard does not. Any warning fails. Those of tests/tools/variant_cover.h, or all.
-# Usage: tests/check/shaders.sh [BUILD [all]]
+# accept what the standard does not. Any warning fails. Those in which every two flags meet as they can
+# (tests/tools/variant_cover.h); every three, which takes three minutes; or all.
+# Usage: tests/check/shaders.sh [BUILD [3|all]]
 set -eu
 build=${1:-build}
 command -v glslangValidator >/dev/null || {
@@ -11,7 +12,7 @@ command -v glslangValidator >/dev/null || {
 make --no-print-directory -s BUILD="$build" "$build/tests/tools/shader_variants" >/dev/null
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-"$build/tests/tools/shader_variants" "$folder" ${2:+all} >"$folder/list"
+"$build/tests/tools/shader_variants" "$folder" ${2:+"$2"} >"$folder/list"
 [ -s "$folder/list" ]
 failed=0 count=0
 while read -r name; do

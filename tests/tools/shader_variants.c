@@ -49,15 +49,16 @@ done:
 int main(int argc, char **argv) {
     static const char *const stages[] = {"vert", "frag", "comp"};
     bool all = argc == 3 && strcmp(argv[2], "all") == 0;
-    if (argc != 2 && !all) {
-        fputs("usage: shader_variants FOLDER [all]\n", stderr);
+    int together = argc == 3 && strcmp(argv[2], "3") == 0 ? 3 : 2;
+    if (argc != 2 && !all && together != 3) {
+        fputs("usage: shader_variants FOLDER [3|all]\n", stderr);
         return 2;
     }
     int failed = 0;
     for (int id = 0; id < GL_PROGRAM_COUNT; id++) {
         uint32_t known = gl_program_flags((enum gl_program_id)id), variant = 0;
         static struct variant_cover cover;
-        variant_cover_init(&cover, (enum gl_program_id)id, 3);
+        variant_cover_init(&cover, (enum gl_program_id)id, together);
         /* (variant - known) & known counts through the submasks of `known`, and ends at 0 again. */
         do {
             if (gl_program_makes_sense((enum gl_program_id)id, variant) &&

@@ -1,8 +1,9 @@
-/* Which variants of a program the checks compile. All that make sense are some 1,700 by now, a
- * quarter of an hour of glslang; a variant breaks by how few of its flags meet, so that of any
- * three flags every combination of values that occurs is in one that is taken (Kuhn, Wallace &
- * Gallo 2004: faults that need more than three are some per cent). Drivers compile what a picture
- * needs anyway, so the test that asks one takes pairs; tests/check/shaders.sh takes `all`. */
+/* Which variants of a program the checks compile. All that make sense are thousands, hours of
+ * glslang; a variant breaks by how few of its flags meet, so that of any two flags (or three) every
+ * combination of values that occurs is in one that is taken (Kuhn, Wallace & Gallo 2004: of faults,
+ * pairs show nine in ten, and threes all but some per cent). `make check` takes pairs;
+ * tests/check/shaders.sh takes 3, or all.
+ */
 #ifndef PELT_TESTS_TOOLS_VARIANT_COVER_H
 #define PELT_TESTS_TOOLS_VARIANT_COVER_H
 
