@@ -110,8 +110,8 @@ static bool any_solid(const struct picture *picture) {
 /* What no sample of a picture tells of its hard edges: a sample that lies within what a raster or
  * fp32 leaves open of an edge falls on the one side here and on the other in truth. Of samples in
  * pictures of solids one in EDGES_EVERY does (measured: one in 5,000 to 9,000, forty scenes of
- * chain at 1 sample a pixel), and makes an error of what lies between neighbouring pixels at the
- * most. */
+ * chain at 1 sample a pixel), and makes an error of what lies between neighbouring pixels, or a
+ * pixel and the background, at the most. */
 enum { EDGES_EVERY = 8192 };
 
 static double edge_error(const struct measure *measure, const uint8_t *met_pixels) {
