@@ -335,8 +335,24 @@ static void test_nothing_to_measure(void **state) {
     render_result_finish(&result);
 }
 
+/* What no few pixels show of a solid's edges is in the model part: one sample in 8,192 on the other
+ * side of the largest step of the picture. A white solid before nothing has one of 1 at the least.
+ */
+static void test_edges_are_told_of(void **state) {
+    (void)state;
+    struct render_result result;
+    draw(&result, 192, 140, 1, ", 'report': {'error': 'estimate'}",
+         SHELL(SPHERE, CHAIN) "'traversal': 'dda'}}");
+    double model = result.report.error.model;
+    assert_true(result.report.error.discretisation == 0);
+    render_result_finish(&result);
+    if (!(model > 5e-3 && model < 5e-2)) /* measured 0.0108 */
+        fail_msg("model %g", model);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_edges_are_told_of),
         cmocka_unit_test(test_estimate_of_discretisation),
         cmocka_unit_test(test_estimate_changes_nothing),
         cmocka_unit_test(test_reference_of_all_pixels),
