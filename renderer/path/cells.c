@@ -110,6 +110,13 @@ bool outlines_append(struct outlines *outlines, const struct path_object *object
     return append(outlines, object, index, tetra, outline, corners, nearest_vertex(object, tetra));
 }
 
+bool outlines_append_rectangle(struct outlines *outlines, const struct path_object *object,
+                               uint32_t index, uint32_t tetra, const uint32_t box[4]) {
+    double corner[OUTLINE_MAX][2] = {
+        {box[0], box[1]}, {box[2], box[1]}, {box[2], box[3]}, {box[0], box[3]}};
+    return append(outlines, object, index, tetra, corner, 4, nearest_vertex(object, tetra));
+}
+
 bool outlines_append_slab(struct outlines *outlines, const struct path_object *object,
                           uint32_t index, uint32_t tetra, const struct cell_slab *slab) {
     double outline[OUTLINE_MAX][2];

@@ -38,6 +38,10 @@ void outlines_finish(struct outlines *outlines);
 bool outlines_append(struct outlines *outlines, const struct path_object *object, uint32_t index,
                      uint32_t tetra);
 
+/* The same within a rectangle of samples {x0, y0, x1, y1} (upper ends excluded) that it covers. */
+bool outlines_append_rectangle(struct outlines *outlines, const struct path_object *object,
+                               uint32_t index, uint32_t tetra, const uint32_t box[4]);
+
 /* What is drawn of a cell: depths H (view.h), from `low` to `high`. Open at an end where the cell
  * does not reach it: then the segment is the cell's own there, to the bit. */
 struct cell_slab {

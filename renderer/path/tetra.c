@@ -12,6 +12,7 @@
 
 #include "renderer/gl/context.h"
 #include "renderer/path/cells.h"
+#include "renderer/path/cycles.h"
 #include "renderer/path/frame.h"
 #include "renderer/path/path.h"
 #include "renderer/path/prism_maps.h"
@@ -22,6 +23,7 @@
 struct tetra {
     struct cell_pass *cells;
     struct outlines media, solids;
+    struct cycles cycles; /* of the media's cells */
     struct prism_maps maps;
     struct walk_pass *walk;
 };
@@ -35,6 +37,7 @@ static void tetra_destroy(void *state) {
     walk_pass_destroy(tetra->walk);
     outlines_finish(&tetra->media);
     outlines_finish(&tetra->solids);
+    cycles_finish(&tetra->cycles);
     free(tetra);
 }
 
@@ -114,25 +117,20 @@ static enum status sort_media(struct tetra *tetra, struct picture *picture, stru
     work->sort_edges += sorted.edges;
     work->fragments += sorted.fragments;
     work->cycles += sorted.cycles;
-    if (sorted.cycles)
-        report_warn(picture->report, "cycles", "/objects", sorted.cycles, sorted.cycle_first,
-                    "groups of tetrahedra hide one another in a circle (%llu in all); where they "
-                    "do, they are drawn by the depth of their centres",
-                    (unsigned long long)sorted.cycle_tetra);
     picture->approximate += sorted.overlaps;
     if (sorted.overlaps)
         report_warn(picture->report, "overlap-approximate", "/objects", sorted.overlaps, 0,
                     "samples on whose ray sorted cells of different shells or folds overlap; there "
                     "their colours are mixed cell by cell, not by extinction");
-    for (uint64_t i = 0; i < sorted.count; i++) {
+    status = cycles_prepare(&tetra->cycles, shells, object_of, count, &sorted, picture, err);
+    for (uint64_t i = 0; i < sorted.count && status == STATUS_OK; i++) {
         uint32_t index = object_of[sorted.order[i] >> 32];
         if (!outlines_append(&tetra->media, &picture->objects[index], index,
                              (uint32_t)sorted.order[i])) {
             status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for outlines");
-            break;
         }
     }
-    free(sorted.order);
+    sort_result_finish(&sorted);
     return status;
 }
 
@@ -183,6 +181,7 @@ static enum status tetra_prepare(void *state, struct picture *picture, struct er
     struct outlines *both[2] = {&tetra->media, &tetra->solids};
     for (int i = 0; i < 2; i++)
         outlines_clear(both[i]);
+    cycles_clear(&tetra->cycles);
 
     stage_clock_next(picture->clock, REPORT_STAGE_upload, true);
     enum status status = prism_maps_prepare(&tetra->maps, picture, err);
@@ -240,7 +239,11 @@ static enum status tetra_draw_solid(void *state, struct picture *picture, struct
 static enum status tetra_draw_media(void *state, struct picture *picture, struct error *err) {
     struct tetra *tetra = state;
     cell_pass_begin_media(picture);
-    enum status status = cell_pass_draw(tetra->cells, picture, &tetra->media, false, err);
+    enum status status = cycles_mask(&tetra->cycles, picture, err);
+    if (status == STATUS_OK)
+        status = cell_pass_draw(tetra->cells, picture, &tetra->media, false, err);
+    if (status == STATUS_OK)
+        status = cycles_draw(&tetra->cycles, tetra->cells, picture, err);
     if (status == STATUS_OK) {
         glDisable(GL_DEPTH_TEST); /* a walk stops at the occluder by itself */
         status = walk_pass_draw(tetra->walk, picture, false, err);

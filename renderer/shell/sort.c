@@ -184,9 +184,9 @@ static ptrdiff_t hidden_across(const struct graph *graph, const uint32_t *member
     return found ? found - members : -1;
 }
 
-/* A cycle has no right order. Its tetrahedra are ordered by the faces that they share, so that at
- * least what one prism shows of itself is right, and where these leave a choice, or make a cycle
- * among themselves, by the depth of their centres, farthest first. */
+/* A cycle has no order that is right for all rays. Its tetrahedra are ordered by the faces that
+ * they share, so that at least what one prism shows of itself is right, and where these leave a
+ * choice, or make a cycle among themselves, by the depth of their centres, farthest first. */
 static bool order_cycle(const struct graph *graph, uint32_t *node, size_t count) {
     struct by_depth *all = malloc(count * sizeof *all), *ready = malloc(count * sizeof *ready);
     uint32_t *members = malloc(count * sizeof *members);
@@ -227,6 +227,19 @@ done:
     free(members);
     free(waits);
     return good;
+}
+
+static bool add_cycle(struct sort_result *result, uint64_t first, uint64_t count) {
+    if (result->cycles == result->cycle_capacity) {
+        uint64_t wanted = result->cycle_capacity ? 2 * result->cycle_capacity : 16;
+        struct sort_cycle *grown = realloc(result->cycle, wanted * sizeof *grown);
+        if (!grown)
+            return false;
+        result->cycle = grown;
+        result->cycle_capacity = wanted;
+    }
+    result->cycle[result->cycles++] = (struct sort_cycle){first, count};
+    return true;
 }
 
 /* Tarjan 1972, iterative. A component is complete once everything behind it is, so components come
@@ -284,10 +297,8 @@ static enum status walk(const struct graph *graph, uint32_t nodes, struct sort_r
                 out[done++] = member;
             } while (out[done - 1] != node);
             if (done - begin > 1) {
-                if (result->cycles++ == 0)
-                    result->cycle_first = node - graph->first[s];
-                result->cycle_tetra += done - begin;
-                if (!order_cycle(graph, out + begin, done - begin)) {
+                if (!order_cycle(graph, out + begin, done - begin) ||
+                    !add_cycle(result, begin, done - begin)) {
                     status =
                         error_fault(err, STATUS_OUT_OF_MEMORY, NULL,
                                     "no memory to order a cycle of %u tetrahedra", done - begin);
@@ -366,9 +377,13 @@ done:
     free(graph.behind);
     free(graph.gap_first);
     free(graph.gap_back);
-    if (status != STATUS_OK) {
-        free(result->order);
-        *result = (struct sort_result){0};
-    }
+    if (status != STATUS_OK)
+        sort_result_finish(result);
     return status;
+}
+
+void sort_result_finish(struct sort_result *result) {
+    free(result->order);
+    free(result->cycle);
+    *result = (struct sort_result){0};
 }

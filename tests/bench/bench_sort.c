@@ -51,7 +51,7 @@ static int measure(long tetrahedra, int repeats) {
             STATUS_OK)
             goto done;
         double ms = clock_now_ms() - began_ms;
-        free(result.order);
+        sort_result_finish(&result);
         if (i >= 0)
             printf("%s%.3f", i ? ", " : "", ms);
     }

@@ -11,60 +11,7 @@
 
 #include "renderer/shell/abuffer.h"
 #include "renderer/shell/sort.h"
-
-static const double identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-
-static void look_at(const struct shell *shell, const double eye[3], bool orthographic, int side,
-                    struct projection *projection) {
-    struct scene_camera camera = {.given = true,
-                                  .orthographic = orthographic,
-                                  .ortho_height = 3,
-                                  .fov_y_deg = 40,
-                                  .eye = {eye[0], eye[1], eye[2]},
-                                  .up = {0, 0, 1}};
-    struct scene_image image = {.width = side, .height = side, .samples = 1};
-    struct view world, view;
-    view_from_camera(&camera, &image, shell->bounds_min, shell->bounds_max, 1, &world);
-    view_in_object(&world, identity, shell->center, &view);
-    struct error err = {0};
-    assert_int_equal(project_shell(shell, &view, projection, &err), STATUS_OK);
-}
-
-/* The interval of t in which a ray lies in a tetrahedron, in fp64, from its planes. */
-static bool meet(const struct shell *shell, uint32_t t, const double o[3], const double d[3],
-                 double *t_in, double *t_out) {
-    *t_in = -1;
-    *t_out = INFINITY;
-    for (int k = 0; k < 4; k++) {
-        const double *p = shell->position[shell->tetra[t][(k + 1) & 3]];
-        const double *q = shell->position[shell->tetra[t][(k + 2) & 3]];
-        const double *r = shell->position[shell->tetra[t][(k + 3) & 3]];
-        const double *in = shell->position[shell->tetra[t][k]];
-        double a[3], b[3], n[3], side = 0, distance = 0, speed = 0;
-        for (int i = 0; i < 3; i++) {
-            a[i] = q[i] - p[i];
-            b[i] = r[i] - p[i];
-        }
-        for (int i = 0; i < 3; i++)
-            n[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-        for (int i = 0; i < 3; i++) {
-            side += n[i] * (in[i] - p[i]);
-            distance += n[i] * (o[i] - p[i]);
-            speed += n[i] * d[i];
-        }
-        if (side < 0) {
-            distance = -distance;
-            speed = -speed;
-        }
-        if (speed > 0)
-            *t_in = fmax(*t_in, -distance / speed);
-        else if (speed < 0)
-            *t_out = fmin(*t_out, -distance / speed);
-        else if (distance < 0)
-            return false;
-    }
-    return *t_in < *t_out;
-}
+#include "tests/unit/ray_fixture.h"
 
 static void check_order(const struct shell *shell, const struct projection *projection,
                         const struct sort_result *sorted) {
@@ -84,12 +31,8 @@ static void check_order(const struct shell *shell, const struct projection *proj
     int pairs = 0;
     for (int y = 0; y < view->height; y += 3)
         for (int x = 0; x < view->width; x += 3) {
-            double px = (x + 0.5) * 2 / view->width - 1, py = (y + 0.5) * 2 / view->height - 1;
             double o[3], d[3];
-            for (int i = 0; i < 3; i++) {
-                o[i] = view->o0[i] + px * view->ou[i] + py * view->ov[i];
-                d[i] = view->d0[i] + px * view->du[i] + py * view->dv[i];
-            }
+            ray_at(view, x, y, o, d);
             int count = 0;
             for (uint32_t t = 0; t < shell->tetra_count; t++)
                 if (meet(shell, t, o, d, &met[count].begin, &met[count].end)) {
@@ -141,7 +84,7 @@ static void test_order(void **state) {
                 assert_int_equal(sort_tetrahedra(&one, 1, NULL, &sorted, &err), STATUS_OK);
                 assert_int_equal(sorted.cycles, 0);
                 check_order(shell, &projection, &sorted);
-                free(sorted.order);
+                sort_result_finish(&sorted);
                 projection_finish(&projection);
                 shell_destroy(shell);
                 mesh_release(meshes, mesh);
@@ -149,43 +92,21 @@ static void test_order(void **state) {
     mesh_cache_destroy(meshes);
 }
 
-/* Three long tetrahedra, each lying over the next as the sticks of a campfire: no order exists.
- * Built by hand, unlinked, so that the A-buffer alone must find it. */
 static void test_cycle(void **state) {
     (void)state;
-    struct shell shell = {.vertex_count = 12, .tetra_count = 3};
-    double position[12][3];
-    uint32_t tetra[3][4], neighbour[3][4];
-    memset(neighbour, 0xff, sizeof neighbour);
-    for (uint32_t t = 0; t < 3; t++) {
-        double a = t * 2 * M_PI / 3, c = cos(a), s = sin(a);
-        /* A stick along x at y = -0.4, rising from z = 0 to 1, turned by a third each. */
-        const double stick[4][3] = {{-1, -0.5, 0}, {-1, -0.3, 0}, {1, -0.4, 1}, {1, -0.4, 1.1}};
-        for (uint32_t v = 0; v < 4; v++) {
-            tetra[t][v] = 4 * t + v;
-            position[4 * t + v][0] = c * stick[v][0] - s * stick[v][1];
-            position[4 * t + v][1] = s * stick[v][0] + c * stick[v][1];
-            position[4 * t + v][2] = stick[v][2];
-        }
-    }
-    shell.position = position;
-    shell.tetra = tetra;
-    shell.neighbour = neighbour;
-    for (int i = 0; i < 3; i++) {
-        shell.bounds_min[i] = -1.2;
-        shell.bounds_max[i] = 1.2;
-    }
+    struct campfire campfire;
+    build_campfire(&campfire);
     struct projection projection;
     const double eye[3] = {0.001, 0, 6};
-    look_at(&shell, eye, true, 128, &projection);
-    struct sort_shell one = {&shell, &projection};
+    look_at(&campfire.shell, eye, true, 128, &projection);
+    struct sort_shell one = {&campfire.shell, &projection};
     struct sort_result sorted;
     struct error err = {0};
     assert_int_equal(sort_tetrahedra(&one, 1, NULL, &sorted, &err), STATUS_OK);
     assert_int_equal(sorted.count, 3);
     assert_int_equal(sorted.cycles, 1);
-    assert_int_equal(sorted.cycle_tetra, 3);
-    free(sorted.order);
+    assert_int_equal(sorted.cycle[0].count, 3);
+    sort_result_finish(&sorted);
     projection_finish(&projection);
 }
 
@@ -228,7 +149,7 @@ static void test_two_shells(void **state) {
         for (uint64_t i = last_far; i < sorted.count; i++)
             near_after += sorted.order[i] >> 32 != far_shell;
         assert_true(near_after > shell->tetra_count / 4);
-        free(sorted.order);
+        sort_result_finish(&sorted);
     }
     projection_finish(&near);
     projection_finish(&far);
@@ -257,7 +178,7 @@ static void test_thin(void **state) {
         assert_int_equal(sort_tetrahedra(&one, 1, NULL, &sorted, &err), STATUS_OK);
         assert_true(sorted.edges > 0);
         assert_int_equal(sorted.cycles, 0);
-        free(sorted.order);
+        sort_result_finish(&sorted);
         projection_finish(&projection);
         shell_destroy(shell);
         mesh_release(meshes, mesh);

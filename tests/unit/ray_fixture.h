@@ -1,0 +1,106 @@
+/* A shell and the rays of a picture of it, and three sticks that no order is right for. */
+#ifndef PELT_TESTS_UNIT_RAY_FIXTURE_H
+#define PELT_TESTS_UNIT_RAY_FIXTURE_H
+
+#include <math.h>
+#include <string.h>
+
+#include "renderer/shell/project.h"
+
+static const double identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+
+static void look_at(const struct shell *shell, const double eye[3], bool orthographic, int side,
+                    struct projection *projection) {
+    struct scene_camera camera = {.given = true,
+                                  .orthographic = orthographic,
+                                  .ortho_height = 3,
+                                  .fov_y_deg = 40,
+                                  .eye = {eye[0], eye[1], eye[2]},
+                                  .up = {0, 0, 1}};
+    struct scene_image image = {.width = side, .height = side, .samples = 1};
+    struct view world, view;
+    view_from_camera(&camera, &image, shell->bounds_min, shell->bounds_max, 1, &world);
+    view_in_object(&world, identity, shell->center, &view);
+    struct error err = {0};
+    assert_int_equal(project_shell(shell, &view, projection, &err), STATUS_OK);
+}
+
+/* The interval of t in which a ray lies in a tetrahedron, in fp64, from its planes. */
+static bool meet(const struct shell *shell, uint32_t t, const double o[3], const double d[3],
+                 double *t_in, double *t_out) {
+    *t_in = -1;
+    *t_out = INFINITY;
+    for (int k = 0; k < 4; k++) {
+        const double *p = shell->position[shell->tetra[t][(k + 1) & 3]];
+        const double *q = shell->position[shell->tetra[t][(k + 2) & 3]];
+        const double *r = shell->position[shell->tetra[t][(k + 3) & 3]];
+        const double *in = shell->position[shell->tetra[t][k]];
+        double a[3], b[3], n[3], side = 0, distance = 0, speed = 0;
+        for (int i = 0; i < 3; i++) {
+            a[i] = q[i] - p[i];
+            b[i] = r[i] - p[i];
+        }
+        for (int i = 0; i < 3; i++)
+            n[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+        for (int i = 0; i < 3; i++) {
+            side += n[i] * (in[i] - p[i]);
+            distance += n[i] * (o[i] - p[i]);
+            speed += n[i] * d[i];
+        }
+        if (side < 0) {
+            distance = -distance;
+            speed = -speed;
+        }
+        if (speed > 0)
+            *t_in = fmax(*t_in, -distance / speed);
+        else if (speed < 0)
+            *t_out = fmin(*t_out, -distance / speed);
+        else if (distance < 0)
+            return false;
+    }
+    return *t_in < *t_out;
+}
+
+/* The ray of a sample. */
+static void ray_at(const struct view *view, int x, int y, double o[3], double d[3]) {
+    double px = (x + 0.5) * 2 / view->width - 1, py = (y + 0.5) * 2 / view->height - 1;
+    for (int i = 0; i < 3; i++) {
+        o[i] = view->o0[i] + px * view->ou[i] + py * view->ov[i];
+        d[i] = view->d0[i] + px * view->du[i] + py * view->dv[i];
+    }
+}
+
+struct campfire {
+    struct shell shell;
+    double position[12][3];
+    uint32_t tetra[3][4], neighbour[3][4];
+};
+
+/* Three long tetrahedra, each lying over the next as the sticks of a campfire: no order exists.
+ * Built by hand, unlinked, so that the A-buffer alone must find it. */
+static void build_campfire(struct campfire *fire) {
+    memset(fire, 0, sizeof *fire);
+    memset(fire->neighbour, 0xff, sizeof fire->neighbour);
+    for (uint32_t t = 0; t < 3; t++) {
+        double a = t * 2 * M_PI / 3, c = cos(a), s = sin(a);
+        /* A stick along x at y = -0.4, rising from z = 0 to 1, turned by a third each. */
+        const double stick[4][3] = {{-1, -0.5, 0}, {-1, -0.3, 0}, {1, -0.4, 1}, {1, -0.4, 1.1}};
+        for (uint32_t v = 0; v < 4; v++) {
+            fire->tetra[t][v] = 4 * t + v;
+            fire->position[4 * t + v][0] = c * stick[v][0] - s * stick[v][1];
+            fire->position[4 * t + v][1] = s * stick[v][0] + c * stick[v][1];
+            fire->position[4 * t + v][2] = stick[v][2];
+        }
+    }
+    fire->shell = (struct shell){.vertex_count = 12,
+                                 .tetra_count = 3,
+                                 .position = fire->position,
+                                 .tetra = fire->tetra,
+                                 .neighbour = fire->neighbour};
+    for (int i = 0; i < 3; i++) {
+        fire->shell.bounds_min[i] = -1.2;
+        fire->shell.bounds_max[i] = 1.2;
+    }
+}
+
+#endif
