@@ -357,6 +357,8 @@ void plan_report(const struct plan *plan, const struct scene *scene,
          : plan->media  ? "rays walk from cell to cell, front to back"
          : needs.shells ? "nothing is semi-transparent: the first surface decides"
                         : NO_SHELL);
+    tell(report, "cycles", false, NULL, /* until cells are sorted: renderer/path/cycles.c */
+         needs.sorted ? "on no ray are cells in the wrong order" : "no cells are sorted");
     /* The slicing path puts it in where it does so: how many runs of slabs there are is its own. */
     tell(report, "nearest-first", false, "",
          plan->slices && plan->media ? "media let too much through, or slabs are few"

@@ -17,7 +17,7 @@ static const char *const parts[] = {
     "ambient",       "shadow",        "specular",     "gradients",     "shadow-map",
     "shadow-slices", "point-lights",  "mesh-normals", "base-textures", "OpenImageIO",
     "tinygltf",      "filter",        "leap",         "far-solids",    "strands",
-    "fill",          "nearest-first"};
+    "fill",          "nearest-first", "cycles"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
