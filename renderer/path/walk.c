@@ -105,11 +105,7 @@ static struct walk_draw *append_draw(struct draw_list *list) {
 
 bool walk_possible(const struct path_object *object, const char **why) {
     *why = NULL;
-    if (object->shell->diagnosis.inverted)
-        *why = "the shell has prisms that stand on their heads";
-    else if (object->shell->diagnosis.flat)
-        *why = "the shell has cells without volume";
-    else if (object->projection.behind && object->projection.view.orthographic)
+    if (object->projection.behind && object->projection.view.orthographic)
         *why = "the eye's plane cuts the shell, and each parallel ray would begin elsewhere";
     return !*why;
 }

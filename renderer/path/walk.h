@@ -11,8 +11,8 @@ struct walk_pass; /* device tables that outlive pictures */
 struct walk_pass *walk_pass_create(struct prism_maps *maps); /* borrowed; prepared by the caller */
 void walk_pass_destroy(struct walk_pass *pass); /* takes NULL; the context must be current */
 
-/* Whether rays can walk through an object's shell: it has no cells without volume and, where rays
- * are parallel, does not reach behind the eye. Otherwise `why` (static) says what is in the way. */
+/* Whether rays can walk through an object's shell: where they are parallel it does not reach behind
+ * the eye. Otherwise `why` (static) says what is in the way. */
 bool walk_possible(const struct path_object *object, const char **why);
 
 /* Whether an object's medium can be walked through together with those of other objects, which

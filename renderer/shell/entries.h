@@ -62,8 +62,8 @@ void entries_finish(struct entries *entries);
  * relative to the centre, g_k the gradient of the barycentric coordinate lambda_k, u_k = uvw_k -
  * uvw_0 and s the scale that brings the g_k near 1 for normals: (v_0, uvw_0.x) (g_1, uvw_0.y) (g_2,
  * u_1.x) (g_3, u_1.y) (u_1.z, u_2) (u_3, s) link[k] is what lies across face k: cell << 2 | its
- * face, or LINK_NONE. A cell without volume has gradients of 0: a ray passes it in no time, by
- * whichever face is linked. `low` receives what fp32 leaves off v_0 and g_k (shell/precision.h);
+ * face, or LINK_NONE. A cell without volume has gradients of 0, no links, and no face that is
+ * drawn: no ray enters it. `low` receives what fp32 leaves off v_0 and g_k (shell/precision.h);
  * may be NULL. The arrays are the caller's, of tetra_count elements. */
 void entries_walk_cells(const struct shell *shell, float (*cell)[WALK_TEXELS][4],
                         uint32_t (*link)[4], float (*low)[LOW_TEXELS][4]);

@@ -166,6 +166,40 @@ static void build_cells(const struct mesh *mesh, const double tiles[2], struct s
     shell->longest = (float)fmin(sqrt(longest2) * 1.000001, FLT_MAX);
 }
 
+/* On which side of the face opposite vertex k of tetrahedron t a vertex lies: > 0 where k's own does,
+ * 0 where either lies in it. */
+static double side_of(const struct shell *shell, uint32_t t, uint32_t k, uint32_t vertex) {
+    const double *p = shell->position[shell->tetra[t][(k + 1) & 3]];
+    const double *q = shell->position[shell->tetra[t][(k + 2) & 3]];
+    const double *r = shell->position[shell->tetra[t][(k + 3) & 3]];
+    double a[3], b[3], own[3], other[3], normal[3];
+    for (int i = 0; i < 3; i++) {
+        a[i] = q[i] - p[i];
+        b[i] = r[i] - p[i];
+        own[i] = shell->position[shell->tetra[t][k]][i] - p[i];
+        other[i] = shell->position[vertex][i] - p[i];
+    }
+    cross(a, b, normal);
+    double here = dot(normal, own), there = dot(normal, other);
+    return ((here > 0) - (here < 0)) * ((there > 0) - (there < 0));
+}
+
+/* Tetrahedra on one side of the face that they share overlap: no ray goes from one to the other. Nor
+ * does it through one without volume. There the shell has a boundary, to either. */
+static void cut_links(struct shell *shell) {
+    for (uint32_t t = 0; t < shell->tetra_count; t++)
+        for (uint32_t k = 0; k < 4; k++) {
+            uint32_t other = shell->neighbour[t][k];
+            if (other == SHELL_NONE || other < t)
+                continue;
+            uint32_t across = shell_face_across(shell, t, k);
+            if (side_of(shell, t, k, shell->tetra[other][across]) < 0)
+                continue;
+            shell->neighbour[t][k] = shell->neighbour[other][across] = SHELL_NONE;
+            shell->open |= t / 3 != other / 3;
+        }
+}
+
 /* With edges e1, e2 and u's rises du1, du2 along them, |grad u|^2 = |du1 e2 - du2 e1|^2 / (2 A)^2.
  */
 static void measure_tiles(const struct mesh *mesh, const double tiles[2], struct shell *shell) {
@@ -255,6 +289,7 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
         }
     build_cells(mesh, tiles, shell);
     link_prisms(mesh, shell);
+    cut_links(shell);
     measure_tiles(mesh, tiles, shell);
     survey_maps(mesh, shell);
     shell->diagnosis.folded = limit.folded;

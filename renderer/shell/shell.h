@@ -34,14 +34,15 @@ struct shell {
     double bounds_min[3], bounds_max[3];
     uint32_t tetra_count;
     uint32_t (*tetra)[4];          /* vertices; face k lies opposite vertex k */
-    uint32_t (*neighbour)[4];      /* tetrahedron behind face k, SHELL_NONE on the boundary */
+    uint32_t (*neighbour)[4];      /* tetrahedron behind face k, SHELL_NONE on the boundary: of the
+                                      mesh, and where cells overlap or have no volume */
     float (*cell)[CELL_TEXELS][4]; /* for the shaders */
     float longest; /* longest edge of any tetrahedron, object units: bounds every loop */
     double thickness;
     double tiles_rate[2]; /* tiles along u and v that a unit of length on the mesh passes at the
                              steepest: the root of the mean square over its area */
     bool affine;          /* every prism is affine to what fp32 can tell (prism_map.h) */
-    bool open;            /* has a border: sides of prisms that no other prism shares */
+    bool open;            /* has a border: sides of prisms that are linked to no other prism */
     struct shell_diagnosis {
         uint64_t folded, folded_first;     /* prisms thinned so as not to fold; mesh triangle */
         uint64_t limited;                  /* vertices that are lower for it */

@@ -163,7 +163,6 @@ static void meshes(struct matrix *matrix) {
     matrix_add(matrix, made, MESH_SCENE(48, "0.2"), 3.0);
 
     /* A fold's tetrahedra cross elsewhere than the sheets of its prism do. */
-    made.may_refuse = "walk";
     made.may_warn = "inverted-prisms";
     made.mesh = make_inverted;
     snprintf(made.name, sizeof made.name, "six prisms of 128 on their heads");

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "renderer/shell/ray_order.h"
+#include "tests/unit/campfire.h"
 #include "tests/unit/ray_fixture.h"
 
 enum { MET_MAX = 512 };

@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "renderer/shell/shell.h"
+#include "tests/unit/ray_fixture.h"
 
 static const double tiles[2] = {12, 6};
 
@@ -111,6 +112,62 @@ static void test_volumes(void **state) {
         mesh_release(cache, mesh);
     }
     assert_true(error[0] / error[1] > 3.5 && error[0] / error[1] < 4.5);
+    mesh_cache_destroy(cache);
+}
+
+/* Where a normal points below its triangles, or a cell has no volume, cells overlap or are flat: a
+ * ray that leaves a cell through a face enters the one that is linked there, at the same place, and
+ * no other. */
+static void test_cut_links(void **state) {
+    (void)state;
+    struct mesh_cache *cache = mesh_cache_create(1 << 24);
+    static const struct scene_mesh spec = {
+        .kind = SCENE_MESH_SPHERE, .radius = 1, .divisions = {16, 8}};
+    const struct mesh *mesh;
+    struct error err = {0};
+    assert_int_equal(mesh_acquire(cache, &spec, false, "", NULL, &mesh, &err), STATUS_OK);
+    struct mesh bent = *mesh;
+    bent.normal = malloc(bent.vertex_count * sizeof *bent.normal);
+    assert_non_null(bent.normal);
+    memcpy(bent.normal, mesh->normal, bent.vertex_count * sizeof *bent.normal);
+    const uint32_t lower = bent.vertex_count / 2, flat = lower + 5;
+    for (int i = 0; i < 3; i++) {
+        bent.normal[lower][i] *= -1;
+        bent.normal[flat][i] = 0; /* prisms of no height there */
+    }
+    struct shell *shell = NULL;
+    assert_int_equal(shell_build(&bent, 0.3, tiles, "", &shell, &err), STATUS_OK);
+    assert_true(shell->diagnosis.inverted > 0 && shell->diagnosis.flat > 0 && shell->open);
+    struct projection projection;
+    look_at(shell, (const double[3]){0.4, -3, 1.1}, false, 96, &projection);
+    int crossed = 0, left = 0;
+    for (int y = 0; y < 96; y++)
+        for (int x = 0; x < 96; x++) {
+            double o[3], d[3], in, out;
+            ray_at(&projection.view, x, y, o, d);
+            for (uint32_t t = 0; t < shell->tetra_count; t++) {
+                if (!meet(shell, t, o, d, &in, &out) || out - in < 1e-9)
+                    continue;
+                int ways = 0;
+                for (int k = 0; k < 4; k++) {
+                    uint32_t other = shell->neighbour[t][k];
+                    double from, to;
+                    if (other == SHELL_NONE || !meet(shell, other, o, d, &from, &to) ||
+                        to - from < 1e-9)
+                        continue;
+                    assert_true(from > out - 1e-9 || to < in + 1e-9);
+                    ways += fabs(from - out) < 1e-9;
+                }
+                assert_true(ways <= 1);
+                crossed += ways;
+                left += !ways;
+            }
+        }
+    assert_true(crossed > 1000 && left > 1000);
+    projection_finish(&projection);
+    shell_destroy(shell);
+    free(bent.normal);
+    mesh_release(cache, mesh);
     mesh_cache_destroy(cache);
 }
 
@@ -226,8 +283,9 @@ static void test_cache(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_links), cmocka_unit_test(test_volumes), cmocka_unit_test(test_cells),
-        cmocka_unit_test(test_folds), cmocka_unit_test(test_cache),
+        cmocka_unit_test(test_links),   cmocka_unit_test(test_cut_links),
+        cmocka_unit_test(test_volumes), cmocka_unit_test(test_cells),
+        cmocka_unit_test(test_folds),   cmocka_unit_test(test_cache),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -11,6 +11,7 @@
 
 #include "renderer/shell/abuffer.h"
 #include "renderer/shell/sort.h"
+#include "tests/unit/campfire.h"
 #include "tests/unit/ray_fixture.h"
 
 static void check_order(const struct shell *shell, const struct projection *projection,
