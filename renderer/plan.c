@@ -98,7 +98,7 @@ enum status plan_order(struct path_object *objects, size_t count, bool may_walk,
         struct path_object *object = &objects[i];
         if (!object->shell)
             continue;
-        object->walk = object->walk_asked = object->solid_cells = false;
+        object->walk = object->walk_asked = object->solid_cells = object->solid_folds = false;
         bool medium = volume_has_medium(object->volume), solid = volume_has_solid(object->volume);
         enum scene_map map = object->object->quality.map;
         bool slicing = object->object->path == SCENE_PATH_SLICING;
@@ -378,6 +378,9 @@ void plan_report(const struct plan *plan, const struct scene *scene,
          : plan->slices ? "slabs turn their order around from each to the next"
          : needs.sorted ? "cells are sorted, not walked through"
                         : "no sample's ray was found to meet two stretches at once");
+    tell(report, "folds", false, NULL, /* the same */
+         plan->walk && plan->solid ? "no sample's ray was found to meet two stretches at once"
+                                   : "no solid is walked through");
     tell(report, "media", plan->media, "a material has a medium",
          needs.shells ? "no material has a medium: nothing is blended" : NO_SHELL);
     snprintf(why, sizeof why, "the mean of %d x %d samples a pixel, alpha from optical depth",

@@ -32,6 +32,7 @@
      (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
      (((v)&FLAG_DDA) == 0 || ((v)&FLAG_LEAP) != 0) &&                                              \
      (((v)&FLAG_OPEN) == 0 || ((v)&FLAG_EXACT) != 0) &&                                            \
+     (((v)&FLAG_FOLDS) == 0 || ((v)&FLAG_SOLID) != 0) &&                                           \
      (((v)&FLAG_FILL) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
      (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0 &&                  \
                                   (((v)&FLAG_FILTER) == 0 || ((known)&FLAGS_CONTENT) == 0))))
@@ -57,6 +58,7 @@
 #define FLAG_LEAP                                                                                  \
     0x800000 /* traversal `adaptive`, `dda`: leap over what is empty, step by voxels */
 #define FLAG_OPEN  0x2000000 /* the shell has a border: rays enter prisms by their sides */
+#define FLAG_FOLDS 0x8000000 /* stretches of the ray overlap: the nearest of their surfaces */
 #define FLAG_DDA   0x1000000 /* and end no step beyond the next plane of voxel centres */
 #define FLAG_COUNT 0x8000    /* for measuring alone, and in no row of programs.def: count fetches */
 

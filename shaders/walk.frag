@@ -64,6 +64,9 @@ void main() {
     float total = 0.0;
 #elif (VARIANT & FLAG_SOLID) != 0
     bool found = false;
+#if (VARIANT & FLAG_FOLDS) != 0
+    REAL t_found = REAL(0.0);
+#endif
     bool at_boundary = false;
     vec3 q_found = vec3(0.0), cut = vec3(0.0);
     mat3 to_world_found = mat3(0.0);
@@ -183,7 +186,18 @@ void main() {
 #if (VARIANT & FLAG_SOLID) != 0
         float where;
         bool meets = find_solid(way, span, where, whole) && !at_base;
+#if (VARIANT & FLAG_FOLDS) != 0
+        /* The nearest surface so far, or a base, ends this stretch and those after it there; what
+         * begins beyond it ends the ray. */
+        bool behind = enters && t_in >= t_stop - near;
+        meets = meets && !behind;
+        REAL t_meet = meets ? t_in + (t_end - t_in) * where : at_base ? t_in : t_out;
+        t_found = meets ? t_meet + near : t_found;
+        bool ends = meets || at_base || leaves_by_base;
+        t_stop = ends && !behind ? min(t_stop, t_meet + near) : t_stop;
+#else
         t_out = meets ? t_in + (t_end - t_in) * where : t_out;
+#endif
         /* Kept for shading after the walk. Each is chosen between its old and its new value: what a
          * loop overwrites in every turn and only code after it reads is, on llvmpipe 22.3, that of the
          * last lane to leave. */
@@ -199,7 +213,12 @@ void main() {
         vec3 n_face = face == 0 ? n1 + n2 + n3 : -(face == 1 ? n1 : face == 2 ? n2 : n3);
         cut = meets ? n_face : cut;
 #endif
+#if (VARIANT & FLAG_FOLDS) != 0
+        bool finished = behind || at_base;
+        next = ends || t_out >= t_stop - near ? LINK_NONE : next;
+#else
         bool finished = found || at_base || leaves_by_base;
+#endif
 #else
 #if (VARIANT & FLAGS_PLACE) != 0
         place_in = vec3(origin + (t_in + near) * d);
@@ -226,6 +245,9 @@ void main() {
     complete = complete && whole;
     if (!found && complete)
         discard;
+#if (VARIANT & FLAG_FOLDS) != 0
+    t = t_found;
+#endif
 #if (VARIANT & FLAGS_PLACE) != 0
     place_in = vec3(origin + t * d);
 #endif

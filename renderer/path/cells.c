@@ -215,13 +215,12 @@ void cell_pass_cast(struct cell_pass *pass, enum gl_program_id program, const in
     memcpy(pass->slices, slices, sizeof pass->slices);
 }
 
-/* Of what the program knows; only the surface of a solid throws by its normal. What a light sees
- * are cells, however the eye goes through them. */
+/* Of what the program knows; only the surface of a solid throws by its normal. Cells are cut at the
+ * eye, however rays go through the rest of the object; slabs are by themselves. */
 static uint32_t variant_of(const struct cell_pass *pass, const struct path_object *object,
                            const struct picture *picture, bool solid) {
     uint32_t flags = variant_in_picture(object, picture, solid);
-    bool cast = pass->program == GL_PROGRAM_CASTER || pass->program == GL_PROGRAM_CASTER_RANGE;
-    flags |= cast && object->projection.behind ? (uint32_t)FLAG_EYE_INSIDE : 0;
+    flags |= object->projection.behind ? (uint32_t)FLAG_EYE_INSIDE : 0;
     flags &= gl_program_flags(pass->program);
     return pass->program == GL_PROGRAM_CASTER && !solid ? flags & ~(uint32_t)FLAG_LIT : flags;
 }

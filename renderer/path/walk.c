@@ -177,7 +177,8 @@ static enum status upload_shell(struct walk_pass *pass, const struct path_object
 
 static uint32_t variant_of(const struct path_object *object, const struct picture *picture,
                            bool solid) {
-    return variant_of_shell(object, picture->lights.count, picture->occluded, solid);
+    uint32_t folds = solid && object->solid_folds ? FLAG_FOLDS : 0;
+    return variant_of_shell(object, picture->lights.count, picture->occluded, solid) | folds;
 }
 
 /* One draw's entries to the device; `entry` has one word for each, or two where walks are joint. */
@@ -373,8 +374,43 @@ static const struct walk_draw *plain_walk(const struct walk_pass *pass,
     return joined ? NULL : plain;
 }
 
-/* The first surface along a ray is that of the first stretch that holds one, unless stretches
- * overlap: then the cells are drawn instead, in any order, and the depth test decides. */
+/* Where rays enter a solid. The first surface along a ray is that of the first stretch that holds
+ * one, unless stretches overlap: then all of them are looked at that begin before it (FLAG_FOLDS).
+ * Where the eye stands within several its cells are drawn instead, in any order, and the depth test
+ * decides. */
+static enum status find_doors(struct walk_pass *pass, struct picture *picture,
+                              struct path_object *object, struct doors *doors, struct error *err) {
+    stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
+    report_reuse(picture->report, REPORT_PART_orders, false);
+    enum status status = STATUS_OK;
+    struct report_work *work = &picture->report->work;
+    if (!object->solid_folds) {
+        struct overlap_shell shell = {object->shell, &object->projection,
+                                      object->object->shell.has_base, object->fp64};
+        struct overlap overlap;
+        status = overlap_find(&shell, 1, picture->met, &overlap, err);
+        work->fragments += overlap.fragments;
+        object->solid_folds = overlap.samples > 0;
+        if (status == STATUS_OK && !object->solid_folds)
+            status = upload_doors(pass, picture, &overlap.draw[0].entries,
+                                  overlap.draw[0].entries.entry, 1, doors, err);
+        overlap_finish(&overlap);
+    }
+    if (status != STATUS_OK || !object->solid_folds)
+        return status;
+    struct entries entries;
+    status = entries_find(object->shell, &object->projection, picture->met, &entries, err);
+    work->fragments += entries.count;
+    object->solid_cells = entries.starts > 1;
+    if (status == STATUS_OK && !object->solid_cells)
+        status = upload_doors(pass, picture, &entries, entries.entry, 1, doors, err);
+    entries_finish(&entries);
+    if (status == STATUS_OK && !object->solid_cells)
+        report_pass(picture->report, "folds",
+                    "the nearest surface of a solid's folds that overlap");
+    return status;
+}
+
 static enum status prepare_solid(struct walk_pass *pass, struct picture *picture, uint32_t index,
                                  struct error *err) {
     struct path_object *object = &picture->objects[index];
@@ -382,23 +418,10 @@ static enum status prepare_solid(struct walk_pass *pass, struct picture *picture
     if (!draw)
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to walk");
     draw->object = index;
-    const struct walk_draw *plain = plain_walk(pass, picture, index, &object->solid_cells);
-    draw->shared = plain && !object->solid_cells ? &plain->doors : NULL;
-    enum status status = STATUS_OK;
-    if (!draw->shared && !object->solid_cells) {
-        stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
-        struct overlap_shell shell = {object->shell, &object->projection,
-                                      object->object->shell.has_base, object->fp64};
-        struct overlap overlap;
-        status = overlap_find(&shell, 1, picture->met, &overlap, err);
-        report_reuse(picture->report, REPORT_PART_orders, false);
-        picture->report->work.fragments += overlap.fragments;
-        object->solid_cells = overlap.samples > 0;
-        if (status == STATUS_OK && !object->solid_cells)
-            status = upload_doors(pass, picture, &overlap.draw[0].entries,
-                                  overlap.draw[0].entries.entry, 1, &draw->doors, err);
-        overlap_finish(&overlap);
-    }
+    const struct walk_draw *plain = plain_walk(pass, picture, index, &object->solid_folds);
+    draw->shared = plain && !object->solid_folds ? &plain->doors : NULL;
+    enum status status =
+        draw->shared ? STATUS_OK : find_doors(pass, picture, object, &draw->doors, err);
     if (object->solid_cells)
         pass->solids.count--;
     return status == STATUS_OK && !object->solid_cells ? find_program(picture, object, true, err)
@@ -420,9 +443,12 @@ enum status walk_pass_prepare(struct walk_pass *pass, struct picture *picture, s
         by_cells |= object->solid_cells;
     }
     if (by_cells) {
-        report_pass(picture->report, "cells",
-                    "folds of a shell overlap: the depth of its cells finds the nearest surface");
+        report_pass(
+            picture->report, "cells",
+            "the eye stands where folds of a solid overlap: the depth of its cells finds the "
+            "nearest surface");
         report_pass(picture->report, "depth", "opaque things hide one another, or media");
+        report_pass(picture->report, "eye-inside", "each segment of those cells begins at the eye");
         picture->depth = true;
     }
     return status;

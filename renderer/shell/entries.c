@@ -192,6 +192,7 @@ enum status entries_find(const struct shell *shell, const struct projection *pro
     enum status status = STATUS_OK;
     if (!buffer || !entries_find_eye(shell, projection, &cells))
         status = error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for the A-buffer");
+    entries->starts = cells.within_count;
     if (cells.within_count)
         entries->start = cells.within[0] << 2;
     if (status == STATUS_OK)

@@ -14,8 +14,9 @@ struct entries {
     uint32_t *first; /* for each sample, bottom row first, and one past the last */
     uint32_t *entry; /* cell << 2 | face, nearest first */
     uint64_t count;
-    uint32_t start; /* cell << 2 in which the eye stands, LINK_NONE: in none. Where it stands on
-                       the sides of cells each ray's first entry is the one that it heads into */
+    uint32_t starts; /* cells that the eye stands well within, one for each fold */
+    uint32_t start;  /* cell << 2 in which the eye stands, LINK_NONE: in none. Where it stands on
+                        the sides of cells each ray's first entry is the one that it heads into */
 };
 
 /* Draws the faces through which rays enter. `projection` must be in perspective where some vertex

@@ -17,7 +17,7 @@ static const char *const parts[] = {
     "ambient",       "shadow",        "specular",     "gradients",     "shadow-map",
     "shadow-slices", "point-lights",  "mesh-normals", "base-textures", "OpenImageIO",
     "tinygltf",      "filter",        "leap",         "far-solids",    "strands",
-    "fill",          "nearest-first", "cycles"};
+    "fill",          "nearest-first", "cycles",       "folds"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -240,7 +240,8 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_FILTER_VIEW, "view"},
                  {FLAG_LEAP, "leap"},
                  {FLAG_DDA, "dda"},
-                 {FLAG_OPEN, "open"}};
+                 {FLAG_OPEN, "open"},
+                 {FLAG_FOLDS, "folds"}};
     const char *program;
     uint32_t variant;
     *text = 0;
