@@ -322,8 +322,9 @@ static enum status prepare_media(struct walk_pass *pass, struct picture *picture
                                "at most %d semi-transparent shells can be drawn together",
                                OVERLAP_SHELLS_MAX);
         object_of[count] = (uint32_t)i;
-        shells[count++] = (struct overlap_shell){object->shell, &object->projection,
-                                                 object->object->shell.has_base, object->fp64};
+        shells[count++] =
+            (struct overlap_shell){object->shell, &object->projection,
+                                   object->object->shell.has_base, object->fp64, false};
     }
     if (count == 0)
         return STATUS_OK;
@@ -382,30 +383,26 @@ static enum status find_doors(struct walk_pass *pass, struct picture *picture,
                               struct path_object *object, struct doors *doors, struct error *err) {
     stage_clock_next(picture->clock, REPORT_STAGE_sort, false);
     report_reuse(picture->report, REPORT_PART_orders, false);
-    enum status status = STATUS_OK;
-    struct report_work *work = &picture->report->work;
-    if (!object->solid_folds) {
+    struct entries entries = {0};
+    struct overlap overlap = {0};
+    enum status status;
+    if (object->solid_folds) { /* its media have told */
+        status = entries_find(object->shell, &object->projection, picture->met, &entries, err);
+        picture->report->work.fragments += entries.count;
+    } else {
         struct overlap_shell shell = {object->shell, &object->projection,
-                                      object->object->shell.has_base, object->fp64};
-        struct overlap overlap;
+                                      object->object->shell.has_base, object->fp64, true};
         status = overlap_find(&shell, 1, picture->met, &overlap, err);
-        work->fragments += overlap.fragments;
+        picture->report->work.fragments += overlap.fragments;
         object->solid_folds = overlap.samples > 0;
-        if (status == STATUS_OK && !object->solid_folds)
-            status = upload_doors(pass, picture, &overlap.draw[0].entries,
-                                  overlap.draw[0].entries.entry, 1, doors, err);
-        overlap_finish(&overlap);
     }
-    if (status != STATUS_OK || !object->solid_folds)
-        return status;
-    struct entries entries;
-    status = entries_find(object->shell, &object->projection, picture->met, &entries, err);
-    work->fragments += entries.count;
-    object->solid_cells = entries.starts > 1;
+    const struct entries *all = overlap.draw_count ? &overlap.draw[0].entries : &entries;
+    object->solid_cells = object->solid_folds && all->starts > 1;
     if (status == STATUS_OK && !object->solid_cells)
-        status = upload_doors(pass, picture, &entries, entries.entry, 1, doors, err);
+        status = upload_doors(pass, picture, all, all->entry, 1, doors, err);
     entries_finish(&entries);
-    if (status == STATUS_OK && !object->solid_cells)
+    overlap_finish(&overlap);
+    if (object->solid_folds && !object->solid_cells)
         report_pass(picture->report, "folds",
                     "the nearest surface of a solid's folds that overlap");
     return status;

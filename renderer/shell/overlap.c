@@ -344,6 +344,7 @@ static enum status make_area(const struct scan *scan, const uint8_t *joint,
 static void add_plain(struct scan *scan, uint32_t s, struct overlap *overlap) {
     struct entries *entries = &scan->entries[s];
     entries->start = scan->starts[s] ? scan->eye[s].within[0] << 2 : LINK_NONE;
+    entries->starts = scan->starts[s];
     overlap->draw[overlap->draw_count++] = (struct overlap_draw){
         .shell_count = 1, .shell = {s}, .slots = {scan->depth[s]}, .entries = *entries};
     *entries = (struct entries){.start = LINK_NONE};
@@ -367,9 +368,9 @@ static enum status add_joint(struct scan *scan, uint64_t group, uint32_t slots,
         return out_of_memory(err);
     enum status status = mark_group(scan, group, at_eye, joint, &overlapping, err);
     overlap->samples += overlapping;
-    if (status == STATUS_OK && draw.shell_count == 1 &&
-        (slots > SLOTS_MAX || scan->shells[draw.shell[0]].fp64)) {
-        overlap->approximate += overlapping;
+    const struct overlap_shell *alone = draw.shell_count == 1 ? &scan->shells[draw.shell[0]] : NULL;
+    if (status == STATUS_OK && alone && (slots > SLOTS_MAX || alone->fp64 || alone->solid)) {
+        overlap->approximate += alone->solid ? 0 : overlapping;
         add_plain(scan, draw.shell[0], overlap);
     } else if (status == STATUS_OK) {
         for (uint32_t i = 0; i < draw.shell_count && !at_eye; i++) {

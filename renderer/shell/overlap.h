@@ -14,6 +14,8 @@ struct overlap_shell {
     const struct projection *projection;
     bool has_base; /* its bottom is opaque: nothing behind it counts */
     bool fp64;     /* its cells must be met in doubles, which no joint walk does */
+    bool solid; /* its first surface is all that counts: one plain walk does, through all stretches
+                 */
 };
 
 /* One draw: a plain walk through one shell, or a joint walk through the stretches of several. */
