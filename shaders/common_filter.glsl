@@ -73,7 +73,7 @@ vec3 gradient_at(vec3 q) {
 
 float filter_level;
 
-/* For the segment of `way` about t; the way was asked for a place in it, or begun by way_walk(). */
+/* For the segment of `way` about t; the way was asked for a place in it. */
 void filter_begin(Way way, vec2 p, float t) {
     filter_level = mip_level(way, t, 0);
 }

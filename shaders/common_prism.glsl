@@ -97,21 +97,26 @@ void way_go(inout Way way, float f) {
                                 (way.z.x * way.e1 + way.z.y * way.e2 + way.z.z * way.o0));
 }
 
-/* A segment of the ray through `cell`: the coordinates of v1..v3 where it begins, and from there to its
- * end; uv_0. */
-Way way_begin(uint cell, vec2 uv0, vec3 lambda, vec3 lambda_on) {
+/* A segment of the ray through the prism of `cell`: affine coordinates and weights where it begins, and
+ * from there to its end; uv_0. */
+Way way_between(uint cell, vec2 uv0, vec3 a, vec3 a_on, vec2 m, vec2 m_on) {
     int at = int(cell) * MAP_TEXELS;
     vec4 m0 = texelFetch(maps, at), m1 = texelFetch(maps, at + 1), m2 = texelFetch(maps, at + 2);
     vec4 m3 = texelFetch(maps, at + 3), m4 = texelFetch(maps, at + 4);
-    uint kind = cell % 3u;
-    return Way(affine_map(kind, lambda), affine_map(kind, lambda_on), affine_products(kind, lambda),
-               affine_products(kind, lambda_on), m0.xyz, m1.xyz, m2.xyz, m3.xyz, m4.xyz, uv0,
+    return Way(a, a_on, m, m_on, m0.xyz, m1.xyz, m2.xyz, m3.xyz, m4.xyz, uv0,
                vec2(m0.w, m1.w), vec2(m2.w, m3.w), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0),
                vec3(0.0)
 #if (VARIANT & FLAG_FILTER) != 0
                , m4.w
 #endif
                );
+}
+
+/* The same from the coordinates of v1..v3. */
+Way way_begin(uint cell, vec2 uv0, vec3 lambda, vec3 lambda_on) {
+    uint kind = cell % 3u;
+    return way_between(cell, uv0, affine_map(kind, lambda), affine_map(kind, lambda_on),
+                       affine_products(kind, lambda), affine_products(kind, lambda_on));
 }
 
 /* A single point of a prism, from its affine coordinates and the weights m_k of its tops 1 and 2; `cell`
@@ -124,14 +129,6 @@ Way way_at_point(uint cell, vec2 uv0, vec3 a, vec2 m) {
     return way;
 }
 
-/* Which of 1 - b1 - b2, b1 and b2 vanishes where a cell's face lies on a side of the prism (v1 v2, v0 v2,
- * v0 v1), as factors of (1, b1, b2); none for faces within the prism, its bottom and its top. */
-vec3 side_of(uint kind, uint face) {
-    bool side_0 = kind < 2u && face == 0u, side_2 = kind != 0u && face == 3u;
-    bool side_1 = kind == 0u ? face == 1u : kind == 2u && face == 2u;
-    return side_0 ? vec3(1.0, -1.0, -1.0) : vec3(0.0, side_1 ? 1.0 : 0.0, side_2 ? 1.0 : 0.0);
-}
-
 /* Makes [from, to] the way's [0, 1]. */
 void way_cut(inout Way way, float from, float to) {
     way.a += from * way.a_on;
@@ -139,36 +136,6 @@ void way_cut(inout Way way, float from, float to) {
     way.a_on *= to - from;
     way.m_on *= to - from;
     way.z = vec3(0.0);
-}
-
-/* How much farther than f the side of the prism is that the cell's face lies on, by one step of Newton and
- * half an edge at most; 0 where it lies on none, or the ray does not go through it `inward` (1, -1). */
-float way_to_side(inout Way way, uint cell, uint face, float f, float inward) {
-    way_go(way, f);
-    vec3 q = way_here(way), q_on = way.a_on + way.z_on, side = side_of(cell % 3u, face);
-    float slope = dot(side.yz, q_on.xy), later = -(side.x + dot(side.yz, q.xy)) / slope;
-    float most = 0.5 / max(max(abs(q_on.x), abs(q_on.y)), max(abs(q_on.z), 1.0e-37));
-    return slope * inward > 0.0 ? clamp(later, -most, most) : 0.0;
-}
-
-/* A walk's segment: the ray that leaves the cell where the coordinates of v1..v3 are `lambda`, and along
- * which they change by `lambda_on` for each unit of t; counted from there, the segment begins at `from`
- * and ends at `to`, not past `stop`. `to` is 0 but for the sides of the prism: a cell's are plane there, a
- * prism's are ruled (bilinear), and between the two the point is the neighbour's. So the segment ends
- * where the prism does, one step of Newton from the face, by half an edge at most; the next cell's
- * segment begins there. FLAG_OPEN: a ray that enters by the face `by` (4: by none) through a side of the
- * prism begins where that side is, and `from` is there. (Cells that are drawn one by one know nothing of one another, and end at their
- * faces: shifting both ends of each would open gaps where a strip is wider than a cell.) */
-Way way_walk(uint cell, uint by, uint face, vec2 uv0, vec3 lambda, vec3 lambda_on, inout float from,
-             float stop, out float to) {
-    Way way = way_begin(cell, uv0, lambda, lambda_on);
-#if (VARIANT & FLAG_OPEN) != 0
-    from += way_to_side(way, cell, by, from, 1.0);
-    way.z = vec3(0.0);
-#endif
-    to = max(min(way_to_side(way, cell, face, 0.0, -1.0), stop), from);
-    way_cut(way, from, to);
-    return way;
 }
 
 /* Texture coordinates at the share f; those of a sequence of calls should lie near one another. */

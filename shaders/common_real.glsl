@@ -10,7 +10,7 @@
 layout(binding = BINDING_CELLS_LOW) uniform samplerBuffer cells_low;
 
 /* What the four vectors of a cell are too short of. */
-void fetch_low(int cell, out dvec3 low0, out dvec3 low1, out dvec3 low2, out dvec3 low3) {
+void fetch_low(samplerBuffer cells_low, int cell, out dvec3 low0, out dvec3 low1, out dvec3 low2, out dvec3 low3) {
     vec4 a = texelFetch(cells_low, cell * LOW_TEXELS);
     vec4 b = texelFetch(cells_low, cell * LOW_TEXELS + 1);
     vec4 c = texelFetch(cells_low, cell * LOW_TEXELS + 2);

@@ -31,8 +31,8 @@
      (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
      (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
      (((v)&FLAG_DDA) == 0 || ((v)&FLAG_LEAP) != 0) &&                                              \
-     (((v)&FLAG_OPEN) == 0 || ((v)&FLAG_EXACT) != 0) &&                                            \
      (((v)&FLAG_FOLDS) == 0 || ((v)&FLAG_SOLID) != 0) &&                                           \
+     (((v)&FLAG_RULED) == 0 || ((v)&FLAG_EXACT) != 0) &&                                           \
      (((v)&FLAG_FILL) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
      (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0 &&                  \
                                   (((v)&FLAG_FILTER) == 0 || ((known)&FLAGS_CONTENT) == 0))))
@@ -57,7 +57,7 @@
 #define FLAG_FILTER_VIEW 0x200000 /* and by the side from which they are seen */
 #define FLAG_LEAP                                                                                  \
     0x800000 /* traversal `adaptive`, `dda`: leap over what is empty, step by voxels */
-#define FLAG_OPEN  0x2000000 /* the shell has a border: rays enter prisms by their sides */
+#define FLAG_RULED 0x2000000 /* sides of prisms are bent by what shows: cells end there */
 #define FLAG_FOLDS 0x8000000 /* stretches of the ray overlap: the nearest of their surfaces */
 #define FLAG_DDA   0x1000000 /* and end no step beyond the next plane of voxel centres */
 #define FLAG_COUNT 0x8000    /* for measuring alone, and in no row of programs.def: count fetches */
@@ -188,6 +188,10 @@
 #define LOCATION_BLOCK 15 /* of the uniform in fullscreen.vert; programs' own begin at 0 */
 
 #define BINDING_CELLS_LOW 12 /* samplerBuffer: what fp32 leaves off the cells */
+
+/* The cells' corners for walks, whose own table has none (FLAG_RULED). */
+#define BINDING_CORNERS     6
+#define BINDING_CORNERS_LOW 29
 
 #define CELL_TEXELS 8
 #define WALK_TEXELS 6

@@ -16,6 +16,7 @@
 #include "common_frame.glsl"
 #include "common_sample.glsl"
 #include "common_real.glsl"
+#include "common_edges.glsl"
 #if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_EXACT) == 0
 #include "common_normals.glsl"
 #endif
@@ -54,6 +55,12 @@ layout(location = 0, index = 0) out vec4 picture;
 layout(location = 0, index = 1) out vec4 through; /* transmittance, the blend factor */
 #endif
 
+#if (VARIANT & FLAG_RULED) != 0
+#define CORNERS     cells
+#define CORNERS_LOW cells_low
+#include "common_ruled.glsl"
+#endif
+
 struct Tetra {
     REAL3 v0, v1, v2, v3; /* vertices */
     vec3 e1, e2, e3;      /* v_k - v0 */
@@ -75,7 +82,7 @@ Tetra fetch_tetra() {
                     vec3(a.w, b.w, 0.0), vec3(c.w, d.w, e.w), vec3(f.w, g.w, h.x), h.yzw);
 #if (VARIANT & FLAG_FP64) != 0
     dvec3 low0, low1, low2, low3;
-    fetch_low(int(cell), low0, low1, low2, low3);
+    fetch_low(cells_low, int(cell), low0, low1, low2, low3);
     t.v0 += low0;
     t.v1 += low1;
     t.v2 += low2;
@@ -99,15 +106,6 @@ struct Hits {
     REAL h_in, h_out;
 };
 
-/* The side of edge ab on which the ray passes: its value, and its sign with ties broken as if the
- * ray were shifted by (epsilon, epsilon^2), which all cells agree on (Edelsbrunner & Muecke 1990). */
-REAL edge_function(REAL2 a, REAL2 b, out bool positive) {
-    precise REAL e = a.x * b.y - b.x * a.y;
-    REAL2 d = b - a;
-    positive = e != 0.0 ? e > 0.0 : d.y != 0.0 ? d.y > 0.0 : d.x < 0.0;
-    return e;
-}
-
 /* One face, its edge functions oriented around it: coordinates `weights` for v1..v3, `rest` for v0. */
 void meet_face(bool pierced, REAL3 weights, REAL rest, REAL3 h, inout Hits hits) {
     weights = abs(weights);
@@ -120,14 +118,10 @@ void meet_face(bool pierced, REAL3 weights, REAL rest, REAL3 h, inout Hits hits)
     hits.h_out = last ? depth : hits.h_out;
 }
 
+#if (VARIANT & FLAG_RULED) == 0
 Hits meet_tetra(Tetra t, REAL2 p) {
-    REAL4 rx = FRAME_REAL(FRAME_X_ROW, 6), ry = FRAME_REAL(FRAME_Y_ROW, 7);
-    REAL4 rh = FRAME_REAL(FRAME_H_ROW, 8);
-    /* The two functions that vanish on the ray: X - x W and Y - y W. */
-    bool orthographic = frame[FRAME_MATERIAL].w != 0.0;
-    REAL4 w = orthographic ? REAL4(0.0, 0.0, 0.0, 1.0) : rh;
-    rx -= p.x * w;
-    ry -= p.y * w;
+    REAL4 rx, ry, rh = FRAME_REAL(FRAME_H_ROW, 8);
+    across_ray(p, rx, ry);
     REAL2 q0 = REAL2(dot(rx.xyz, t.v0) + rx.w, dot(ry.xyz, t.v0) + ry.w);
     REAL2 q1 = REAL2(dot(rx.xyz, t.v1) + rx.w, dot(ry.xyz, t.v1) + ry.w);
     REAL2 q2 = REAL2(dot(rx.xyz, t.v2) + rx.w, dot(ry.xyz, t.v2) + ry.w);
@@ -145,6 +139,20 @@ Hits meet_tetra(Tetra t, REAL2 p) {
     meet_face(p01 == p12 && p01 != p02, REAL3(e02, e01, 0.0), e12, h, hits);
     return hits;
 }
+#endif
+
+#if (VARIANT & FLAG_RULED) != 0 && (VARIANT & FLAG_SOLID) != 0
+/* The normal, in the world, of the prism's face that (b1, b2, w) is nearest to, where a way was last
+ * asked for. */
+vec3 face_entered(Way way, vec3 at) {
+    vec4 beside = abs(vec4(1.0 - at.x - at.y, at.x, at.y, min(abs(at.z), abs(1.0 - at.z))));
+    float least = min(min(beside.x, beside.y), min(beside.z, beside.w));
+    return world_normal(beside.w == least   ? way.Z
+                        : beside.x == least ? way.X + way.Y
+                        : beside.y == least ? way.X
+                                            : way.Y);
+}
+#endif
 
 vec3 texture_at(Tetra t, REAL3 at) {
     vec3 lambda = vec3(at);
@@ -153,9 +161,20 @@ vec3 texture_at(Tetra t, REAL3 at) {
 
 void main() {
     vec2 p = sample_position();
+#if (VARIANT & FLAG_RULED) != 0
+    Prism tetra = fetch_prism(int(cell / 3u));
+    End from, to;
+    if (!meet_prism(tetra, cell % 3u, sample_position_real(), from, to))
+        discard;
+    REAL h_in = from.h, h_out = to.h;
+    bool by_bottom = from.a.z == 0.0;
+#else
     Tetra tetra = fetch_tetra();
     Hits hits = meet_tetra(tetra, sample_position_real());
-    REAL begin = hits.h_in, end = hits.h_out;
+    REAL h_in = hits.h_in, h_out = hits.h_out;
+    bool by_bottom = hits.lambda_in.z == 0.0;
+#endif
+    REAL begin = h_in, end = h_out;
 #if defined(SLABS) || defined(CASTER) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED | FLAG_SOLID | FLAG_FILTER | FLAGS_PLACE)) != 0
     REAL t0 = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, tetra.v0) + frame[FRAME_OU].w; /* of v0 */
 #endif
@@ -173,13 +192,13 @@ void main() {
     end = z > 0.0 ? min(end, REAL(T_HIDDEN(z, frame[FRAME_O0].w)) - t0) : end;
 #endif
     /* What is entered through the bottom lies behind the base there, unless that is where the eye is:
-     * told by the face (3, on which lambda_3 is 0), not by a depth. */
+     * told by the face (3, on which lambda_3, or w, is 0), not by a depth. */
 #ifdef SLABS
-    bool entered = t0 + hits.h_in >= -1.0;
+    bool entered = t0 + h_in >= -1.0;
 #else
-    bool entered = begin == hits.h_in;
+    bool entered = begin == h_in;
 #endif
-    bool below = frame[FRAME_STEP].w != 0.0 && IS_BOTTOM(cell, 3u) && hits.lambda_in.z == 0.0 && entered;
+    bool below = frame[FRAME_STEP].w != 0.0 && IS_BOTTOM(cell, 3u) && by_bottom && entered;
     if (!(begin < end) || below)
         discard;
     float along = length(ray_direction(p)), span = float(end - begin) * along;
@@ -202,11 +221,15 @@ void main() {
     vec3 v = vec3(0.0);
 #endif
 #if (VARIANT & FLAG_EXACT) != 0
+#if (VARIANT & FLAG_RULED) != 0
+    Way way = way_between(cell, tetra.uv0, from.a, to.a - from.a, from.m, to.m - from.m);
+#else
     Way way = way_begin(cell, tetra.uvw0.xy, vec3(hits.lambda_in),
                         vec3(hits.lambda_out - hits.lambda_in));
+#endif
 #if defined(SLABS) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
-    REAL whole = hits.h_out - hits.h_in;
-    way_cut(way, float((begin - hits.h_in) / whole), float((end - hits.h_in) / whole));
+    REAL whole = h_out - h_in;
+    way_cut(way, float((begin - h_in) / whole), float((end - h_in) / whole));
 #endif
 #ifdef SLABS
     /* A part has one sample, so none before it to guess from: a step of Newton more. */
@@ -215,10 +238,10 @@ void main() {
 #else
     vec3 at_in = texture_at(tetra, hits.lambda_in), at_out = texture_at(tetra, hits.lambda_out);
 #if defined(SLABS) || (VARIANT & (FLAG_EYE_INSIDE | FLAG_OCCLUDED)) != 0
-    REAL whole = hits.h_out - hits.h_in;
+    REAL whole = h_out - h_in;
     vec3 all_along = at_out - at_in;
-    at_out = at_in + all_along * float((end - hits.h_in) / whole);
-    at_in = at_in + all_along * float((begin - hits.h_in) / whole);
+    at_out = at_in + all_along * float((end - h_in) / whole);
+    at_in = at_in + all_along * float((begin - h_in) / whole);
 #endif
 #if (VARIANT & FLAG_LIT) != 0
     mat3 to_world = normal_map(tetra.e1, tetra.e2, tetra.e3, tetra.u1, tetra.u2, tetra.u3);
@@ -253,6 +276,9 @@ void main() {
         discard;
     /* Cut open by the shell's boundary: the face entered, the one opposite the vertex whose
      * coordinate is 0 there. */
+#if (VARIANT & FLAG_RULED) != 0
+    vec3 cut = face_entered(way, from.a);
+#else
     vec3 lambda = vec3(hits.lambda_in);
     float lambda_0 = 1.0 - lambda.x - lambda.y - lambda.z;
     float least = min(min(lambda.x, lambda.y), min(lambda.z, lambda_0));
@@ -260,6 +286,7 @@ void main() {
     vec3 b = lambda_0 == least || lambda.z != least ? tetra.e3 : tetra.e2;
     b = lambda_0 == least ? tetra.e3 - tetra.e1 : b;
     vec3 cut = world_normal(cross(a, b));
+#endif
     vec3 q = way_at(way, where);
 #ifdef CASTER
     vec3 n = vec3(0.0);

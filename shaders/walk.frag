@@ -5,7 +5,10 @@
  * Faces are met as planes, lambda_k(t) = a_k + b_k t, and the walk leaves a cell by the first of those
  * that the ray is leaving (b_k < 0). A ray that has entered beside the face by rounding is at once
  * handed on across the face that it lies beyond: it is never lost; being in one cell at a time it
- * never counts a stretch twice; and as each stretch begins where the last ended, lengths add up. */
+ * never counts a stretch twice; and as each stretch begins where the last ended, lengths add up.
+ *
+ * FLAG_RULED: planes say only which cells are passed through. What a ray has in each ends where its prism
+ * does (common_ruled.glsl), as it does where cells are drawn one by one. */
 #include "common_frame.glsl"
 #include "common_sample.glsl"
 #include "common_real.glsl"
@@ -16,6 +19,17 @@
 #include "common_solid.glsl"
 #else
 #include "common_medium.glsl"
+#endif
+
+#if (VARIANT & FLAG_RULED) != 0
+#include "common_edges.glsl"
+layout(binding = BINDING_CORNERS) uniform samplerBuffer corners;
+#if (VARIANT & FLAG_FP64) != 0
+layout(binding = BINDING_CORNERS_LOW) uniform samplerBuffer corners_low;
+#endif
+#define CORNERS     corners
+#define CORNERS_LOW corners_low
+#include "common_ruled.glsl"
 #endif
 
 layout(binding = BINDING_CELLS) uniform samplerBuffer cells;
@@ -78,9 +92,6 @@ void main() {
     uint here = start;
     bool walking = start != LINK_NONE;
     REAL t = REAL(-1.0);
-#if (VARIANT & FLAG_EXACT) != 0
-    REAL t_map = REAL(-1.0); /* where the last segment ended */
-#endif
     int visit = 0;
     bool complete = false; /* the loop ended by itself, not at a bound */
 #if (VARIANT & FLAG_SOLID) != 0
@@ -106,7 +117,7 @@ void main() {
         REAL3 v0 = REAL3(c0.xyz), g1 = REAL3(c1.xyz), g2 = REAL3(c2.xyz), g3 = REAL3(c3.xyz);
 #if (VARIANT & FLAG_FP64) != 0
         dvec3 low0, low1, low2, low3;
-        fetch_low(cell, low0, low1, low2, low3);
+        fetch_low(cells_low, cell, low0, low1, low2, low3);
         v0 += low0;
         g1 += low1;
         g2 += low2;
@@ -140,25 +151,36 @@ void main() {
         bool at_base = has_base && enters && IS_BOTTOM(uint(cell), uint(face)) && t_in > -1.0 - near;
         bool leaves_by_base = has_base && IS_BOTTOM(uint(cell), next_face);
         REAL t_end = at_base ? t_in : max(min(t_out, t_stop - near), t_in);
+        REAL t_passed = t_out;
+#if (VARIANT & FLAG_RULED) != 0
+        Prism prism = fetch_prism(cell / 3);
+        End from, to;
+        bool met = meet_prism(prism, uint(cell) % 3u, p_real, from, to);
+        /* Depths over the prism's first corner, and t from the ray's point nearest to it. */
+        REAL shift = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, prism.v0) + frame[FRAME_OU].w - near;
+        REAL extent = to.h - from.h;
+        t_passed = met ? to.h + shift : t_out;
+        t_in = met ? max(from.h + shift, -1.0 - near) : t_in;
+        t_end = max(min(t_passed, t_stop - near), t_in);
+        bool some = met && extent > 0.0 && t_end > t_in && !at_base;
+        t_end = some ? t_end : t_in;
+#endif
         float span = float(t_end - t_in) * speed;
 
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
         total += span;
-        bool finished = t_out >= t_stop - near || at_base || leaves_by_base;
+        bool finished = t_passed >= t_stop - near || at_base || leaves_by_base;
 #else
 #if (VARIANT & FLAG_EXACT) != 0
-        /* Segments end where the prism does, not the cell. */
-        t_in = enters ? t_in : t_map - near;
-        float from = float(t_in - t_out), to;
-        Way way = way_walk(uint(cell), enters ? uint(face) : 4u, next_face, vec2(c0.w, c1.w),
-                           vec3(a1 + t_out * b1, a2 + t_out * b2, a3 + t_out * b3), vec3(b1, b2, b3), from,
-                           at_base ? from : float(t_stop - near - t_out), to);
-#if (VARIANT & FLAG_OPEN) != 0
-        t_in = t_out + from;
+#if (VARIANT & FLAG_RULED) != 0
+        Way way = way_between(uint(cell), prism.uv0, from.a, to.a - from.a, from.m, to.m - from.m);
+        way_cut(way, some ? float((t_in - from.h - shift) / extent) : 0.0,
+                some ? float((t_end - from.h - shift) / extent) : 0.0);
+#else
+        Way way = way_begin(uint(cell), vec2(c0.w, c1.w),
+                            vec3(a1 + t_in * b1, a2 + t_in * b2, a3 + t_in * b3),
+                            vec3(b1, b2, b3) * float(t_end - t_in));
 #endif
-        t_end = t_out + to;
-        span = float(t_end - t_in) * speed;
-        t_map = t_end + near;
 #if (VARIANT & FLAG_SOLID) != 0 && (VARIANT & FLAG_LIT) != 0
         float scale = texelFetch(cells, at + 5).w;
         vec3 n1 = world_normal(c1.xyz * scale), n2 = world_normal(c2.xyz * scale);
@@ -186,6 +208,9 @@ void main() {
 #if (VARIANT & FLAG_SOLID) != 0
         float where;
         bool meets = find_solid(way, span, where, whole) && !at_base;
+#if (VARIANT & FLAG_RULED) != 0
+        meets = meets && some; /* what the prism has not may lie in a solid all the same */
+#endif
 #if (VARIANT & FLAG_FOLDS) != 0
         /* The nearest surface so far, or a base, ends this stretch and those after it there; what
          * begins beyond it ends the ray. */
@@ -225,10 +250,11 @@ void main() {
         place_on = vec3((t_end - t_in) * d);
 #endif
 #if (VARIANT & FLAG_FILTER) != 0
+        way_go(way, 0.5);
         filter_begin(way, p, float(0.5 * (t_in + t_end) + near));
 #endif
         march(ray, way, span, v);
-        bool finished = t_out >= t_stop - near || at_base || leaves_by_base ||
+        bool finished = t_passed >= t_stop - near || at_base || leaves_by_base ||
                         most_left(ray) < frame[FRAME_SCREEN].z;
 #endif
 #endif

@@ -56,10 +56,14 @@ static float nearest_depth(const struct view *view, double h) {
     return (float)fmin(1, (1 + 1e-5) / fmax(1, 2 + behind));
 }
 
+/* Of the prism's vertices where cells end at its ruled sides: those lie between them. */
 static double nearest_vertex(const struct path_object *object, uint32_t tetra) {
+    bool ruled = object->exact && object->shell->ruled;
+    uint32_t first = ruled ? tetra - tetra % 3 : tetra, last = ruled ? first + 2 : tetra;
     double h = INFINITY;
-    for (int v = 0; v < 4; v++)
-        h = fmin(h, object->projection.clip[object->shell->tetra[tetra][v]][2]);
+    for (uint32_t t = first; t <= last; t++)
+        for (int v = 0; v < 4; v++)
+            h = fmin(h, object->projection.clip[object->shell->tetra[t][v]][2]);
     return h;
 }
 

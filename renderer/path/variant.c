@@ -29,7 +29,7 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
     if (object->fp64 && !points)
         flags |= FLAG_FP64;
     if (object->exact)
-        flags |= FLAG_EXACT | (object->walk && object->shell->open ? FLAG_OPEN : 0);
+        flags |= FLAG_EXACT | (!slicing && object->shell->ruled ? FLAG_RULED : 0);
     if (!solid && object->filter != SCENE_FILTER_NONE)
         flags |= FLAG_FILTER | (object->filter == SCENE_FILTER_VIEW ? FLAG_FILTER_VIEW : 0);
     if (path_object_leaps(object, solid))

@@ -14,10 +14,11 @@
 #include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
 #include "renderer/shell/overlap.h"
+#include "renderer/shell/precision.h"
 
 enum { DEVICE_BYTES_MAX = 512 << 20, VISITS_MAX = 16384 };
 
-enum { CELLS, LINKS, LOW, TABLES };
+enum { CELLS, LINKS, LOW, CORNERS, CORNERS_LOW, TABLES };
 
 struct device_walk {
     GLuint buffers[TABLES], textures[TABLES];
@@ -132,19 +133,44 @@ static void make_table(struct device_walk *device, int table, GLenum format, con
     picture->report->work.upload_bytes += bytes;
 }
 
+/* The cells' corners, of a shell whose other tables are there. */
+static enum status upload_corners(const struct path_object *object, struct device_walk *device,
+                                  struct picture *picture, struct error *err) {
+    const struct shell *shell = object->shell;
+    if (!device->textures[CORNERS])
+        make_table(device, CORNERS, GL_RGBA32F, shell->cell,
+                   shell->tetra_count * sizeof *shell->cell, picture);
+    if (!object->fp64 || device->textures[CORNERS_LOW])
+        return STATUS_OK;
+    float(*low)[LOW_TEXELS][4] = malloc((shell->tetra_count + (size_t)1) * sizeof *low);
+    if (!low)
+        return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's tables");
+    precision_cells_low(shell, low);
+    make_table(device, CORNERS_LOW, GL_RGBA32F, low, shell->tetra_count * sizeof *low, picture);
+    free(low);
+    return STATUS_OK;
+}
+
+static bool by_corners(const struct path_object *object) {
+    return object->exact && object->shell->ruled;
+}
+
 static enum status upload_shell(struct walk_pass *pass, const struct path_object *object,
                                 struct picture *picture, struct error *err) {
     const struct shell *shell = object->shell;
     struct device_walk *device = resident_find(&pass->shells, shell->serial);
-    bool kept = device && (device->textures[LOW] || !object->fp64);
+    bool corners = by_corners(object);
+    bool kept = device && (device->textures[LOW] || !object->fp64) &&
+                (device->textures[CORNERS] || !corners) &&
+                (device->textures[CORNERS_LOW] || !corners || !object->fp64);
     report_reuse(picture->report, REPORT_PART_tables, kept);
     if (kept)
         return STATUS_OK;
-    size_t count = shell->tetra_count;
-    if (count * WALK_TEXELS > (size_t)pass->texels_max)
+    size_t count = shell->tetra_count, texels = corners ? CELL_TEXELS : WALK_TEXELS;
+    if (count * texels > (size_t)pass->texels_max)
         return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
                            "a shell of %zu tetrahedra: this GL holds %zu in one table", count,
-                           (size_t)pass->texels_max / WALK_TEXELS);
+                           (size_t)pass->texels_max / texels);
     bool known = device != NULL;
     float(*cell)[WALK_TEXELS][4] = malloc((count + 1) * sizeof *cell);
     uint32_t(*link)[4] = malloc((count + 1) * sizeof *link);
@@ -164,14 +190,20 @@ static enum status upload_shell(struct walk_pass *pass, const struct path_object
         make_table(device, CELLS, GL_RGBA32F, cell, count * sizeof *cell, picture);
         make_table(device, LINKS, GL_RGBA32UI, link, count * sizeof *link, picture);
     }
-    if (low)
+    if (low && !device->textures[LOW])
         make_table(device, LOW, GL_RGBA32F, low, count * sizeof *low, picture);
     free(cell);
     free(link);
     free(low);
     if (!known && !resident_add(&pass->shells, shell->serial, device,
-                                count * (sizeof *cell + sizeof *link + sizeof *low)))
+                                count * (sizeof *cell + sizeof *link + sizeof *low +
+                                         (corners ? sizeof *shell->cell + sizeof *low : 0))))
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's tables");
+    if (corners) {
+        enum status status = upload_corners(object, device, picture, err);
+        if (status != STATUS_OK)
+            return status;
+    }
     return gl_check("uploading a shell", err);
 }
 
@@ -485,6 +517,8 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     glBindTextureUnit(BINDING_CELLS, device->textures[CELLS]);
     glBindTextureUnit(BINDING_LINKS, device->textures[LINKS]);
     glBindTextureUnit(BINDING_CELLS_LOW, device->textures[LOW]);
+    glBindTextureUnit(BINDING_CORNERS, device->textures[CORNERS]);
+    glBindTextureUnit(BINDING_CORNERS_LOW, device->textures[CORNERS_LOW]);
     prism_maps_bind(pass->maps, object);
     glBindTextureUnit(BINDING_FIRST, doors->textures[0]);
     glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);

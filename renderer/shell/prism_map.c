@@ -77,6 +77,28 @@ enum prism_map_kind prism_map_look(const struct shell *shell, uint32_t f) {
     return even ? PRISM_MAP_EVEN : PRISM_MAP_UNEVEN;
 }
 
+double prism_map_bend(const struct shell *shell, uint32_t f) {
+    const uint32_t *bottom = shell->tetra[3 * f];
+    struct prism prism;
+    find_prism(shell, f, &prism);
+    double most = 0;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3;
+        double edge[3], middle[3], apart[3], normal[3];
+        for (int k = 0; k < 3; k++) {
+            edge[k] = shell->position[bottom[j]][k] - shell->position[bottom[i]][k];
+            middle[k] = (prism.o[i][k] + prism.o[j][k]) / 2;
+            apart[k] = prism.o[j][k] - prism.o[i][k];
+        }
+        cross(edge, middle, normal);
+        double size = sqrt(dot(normal, normal));
+        double least = fmin(sqrt(dot(edge, edge)), sqrt(dot(middle, middle)));
+        if (size > 0 && least > 0)
+            most = fmax(most, fabs(dot(apart, normal)) / size / 4 / least);
+    }
+    return most;
+}
+
 /* The affine map of cell `t` of a prism, as that of a prism whose offsets are all alike: see the
  * vertices of each in shell.h. */
 static void flatten(const struct shell *shell, uint32_t cell, struct prism *prism) {

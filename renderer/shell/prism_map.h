@@ -23,6 +23,12 @@ enum prism_map_kind {
 /* Of the prism over mesh triangle f. */
 enum prism_map_kind prism_map_look(const struct shell *shell, uint32_t f);
 
+/* How far the ruled sides of the prism over triangle f are at the most from the plane ones of its
+ * cells, as a share of its height or of the side's edge, whichever is less. The side between two
+ * corners with the offsets o_i, o_j is s (1 - w) (o_i - o_j), or w (1 - s) of that, off the plane
+ * ones: a quarter at the most. */
+double prism_map_bend(const struct shell *shell, uint32_t f);
+
 /* Fills the table; the array is the caller's, of tetra_count elements. */
 void prism_map_fill(const struct shell *shell, float (*map)[MAP_TEXELS][4]);
 

@@ -166,8 +166,8 @@ static void build_cells(const struct mesh *mesh, const double tiles[2], struct s
     shell->longest = (float)fmin(sqrt(longest2) * 1.000001, FLT_MAX);
 }
 
-/* On which side of the face opposite vertex k of tetrahedron t a vertex lies: > 0 where k's own does,
- * 0 where either lies in it. */
+/* On which side of the face opposite vertex k of tetrahedron t a vertex lies: > 0 where k's own
+ * does, 0 where either lies in it. */
 static double side_of(const struct shell *shell, uint32_t t, uint32_t k, uint32_t vertex) {
     const double *p = shell->position[shell->tetra[t][(k + 1) & 3]];
     const double *q = shell->position[shell->tetra[t][(k + 2) & 3]];
@@ -184,8 +184,8 @@ static double side_of(const struct shell *shell, uint32_t t, uint32_t k, uint32_
     return ((here > 0) - (here < 0)) * ((there > 0) - (there < 0));
 }
 
-/* Tetrahedra on one side of the face that they share overlap: no ray goes from one to the other. Nor
- * does it through one without volume. There the shell has a boundary, to either. */
+/* Tetrahedra on one side of the face that they share overlap: no ray goes from one to the other.
+ * Nor does it through one without volume. There the shell has a boundary, to either. */
 static void cut_links(struct shell *shell) {
     for (uint32_t t = 0; t < shell->tetra_count; t++)
         for (uint32_t k = 0; k < 4; k++) {
@@ -230,11 +230,16 @@ static void measure_tiles(const struct mesh *mesh, const double tiles[2], struct
         shell->tiles_rate[a] = area > 0 ? sqrt(sum[a] / area) : 0;
 }
 
+/* Of prism_map_bend(): below it a strip is narrower than what fp32 keeps of a cell. Planes and
+ * spheres are at fp64's rounding. */
+static const double BEND_SHOWS = 1e-6;
+
 static void survey_maps(const struct mesh *mesh, struct shell *shell) {
     shell->affine = true;
     for (uint32_t f = 0; f < mesh->triangle_count; f++) {
         enum prism_map_kind kind = prism_map_look(shell, f);
         shell->affine &= kind == PRISM_MAP_AFFINE;
+        shell->ruled |= prism_map_bend(shell, f) > BEND_SHOWS;
         if (kind == PRISM_MAP_UNEVEN && shell->diagnosis.uneven++ == 0)
             shell->diagnosis.uneven_first = f;
     }
@@ -297,6 +302,7 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
     shell->diagnosis.limited = limit.limited;
     shell->diagnosis.least = limit.least;
     shell->diagnosis.inverted = limit.inverted;
+    shell->ruled &= limit.inverted == 0; /* cells of one prism may be turned differently there */
     shell->diagnosis.inverted_first = limit.inverted_first;
     mesh_thickness_finish(&limit);
     shell->bytes = sizeof *shell + shell->vertex_count * sizeof *shell->position +

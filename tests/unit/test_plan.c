@@ -29,6 +29,7 @@ enum { PART_COUNT = sizeof parts / sizeof *parts };
 #define SHELL(mesh, material, beside)                                                              \
     "{'shell': {'mesh': {" mesh "}, 'material': {" material "}" beside "}"
 #define SPHERE "'shape': 'sphere', 'divisions': [12, 6]"
+#define TORUS  "'shape': 'torus'"
 #define CHAIN  "'builtin': 'chain', 'size': [16, 16, 8]"
 #define FUR    "'builtin': 'fur', 'size': [16, 16, 8]"
 #define MIST   "'builtin': 'homogeneous', 'extinction': 2, 'color': [0.2, 0.4, 0.8]"
@@ -81,6 +82,11 @@ static const struct row rows[] = {
     {DIM SHELL(SPHERE, FUR ", 'lit': false", ", 'base': {'color': [1, 0, 0]}") SORTED END,
      "surface sort exact-map media resolve depth occluded voxels cells ambient",
      "TETRA:medium+occluded+exact SURFACE:ambient RESOLVE:"},
+    /* Sides of a sphere's prisms are plane, a torus's are not. */
+    {ONE SHELL(SPHERE, FUR ", 'lit': false", "") SORTED END,
+     "sort exact-map media resolve voxels cells", "TETRA:medium+exact RESOLVE:"},
+    {ONE SHELL(TORUS, FUR ", 'lit': false", "") SORTED END,
+     "sort exact-map media resolve voxels cells", "TETRA:medium+exact+ruled RESOLVE:"},
     {ONE SHELL(SPHERE, FUR ", 'lit': false, 'glow': 1", "") END,
      "entries exact-map media resolve voxels fill", "WALK:medium+exact+fill RESOLVE:"},
     {CAST SHELL(SPHERE, FUR ", 'absorption': 1", "") END,
@@ -240,7 +246,7 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_FILTER_VIEW, "view"},
                  {FLAG_LEAP, "leap"},
                  {FLAG_DDA, "dda"},
-                 {FLAG_OPEN, "open"},
+                 {FLAG_RULED, "ruled"},
                  {FLAG_FOLDS, "folds"}};
     const char *program;
     uint32_t variant;
