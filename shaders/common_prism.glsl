@@ -107,7 +107,7 @@ Way way_between(uint cell, vec2 uv0, vec3 a, vec3 a_on, vec2 m, vec2 m_on) {
                vec2(m0.w, m1.w), vec2(m2.w, m3.w), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0),
                vec3(0.0)
 #if (VARIANT & FLAG_FILTER) != 0
-               , m4.w
+               , abs(m4.w)
 #endif
                );
 }

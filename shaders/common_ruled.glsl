@@ -25,6 +25,9 @@
  * that rises where chi > 0, by one that falls where chi < 0; on the side 0 2, which the prism sees from its
  * end, the other way around.
  *
+ * Where the cells of one prism are turned differently (the map's scale is negative: prism_map.h) there is no
+ * such chi, nor a side; each of them has its own plane faces, and is entered where it is met first.
+ *
  * A point of a side is known in the prism's own coordinates, and is a convex combination of its corners: so
  * ends are as exact as the prism is small. */
 
@@ -144,12 +147,13 @@ Face meet_triangle(Edge e12, Edge e02, Edge e01, REAL h0, REAL h1, REAL h2, vec3
 /* The side between the corners i < j, which have (b1, b2) = at_i, at_j: its faces b_i b_j t_j and
  * b_i t_i t_j. */
 void meet_side(Corner bi, Corner ti, Corner bj, Corner tj, Edge bottom, Edge top, Edge diagonal, Edge edge_i,
-               Edge edge_j, vec2 at_i, vec2 at_j, bool enters_rising, out Face lower, out Face upper,
+               Edge edge_j, vec2 at_i, vec2 at_j, bool enters_rising, bool ruled, out Face lower, out Face upper,
                inout Crossing enter, inout Crossing leave) {
     lower = meet_triangle(edge_j, diagonal, bottom, bi.h, bj.h, tj.h, vec3(at_i, 0.0), vec3(at_j, 0.0),
                           vec3(at_j, 1.0), vec2(0.0), at_j);
     lower.enters = bottom.p != enters_rising;
-    upper.met = edge_i.p == top.p && top.p != diagonal.p;
+    upper = meet_triangle(top, diagonal, edge_i, bi.h, ti.h, tj.h, vec3(at_i, 0.0), vec3(at_i, 1.0),
+                          vec3(at_j, 1.0), at_i, at_j);
     upper.enters = top.p == enters_rising;
 
     bool falls = lower.met ? bottom.p : !top.p;
@@ -165,8 +169,8 @@ void meet_side(Corner bi, Corner ti, Corner bj, Corner tj, Edge bottom, Edge top
     REAL s = clamp(-dot(qi, d) / max(dot(d, d), REAL(1.0e-37)), REAL(0.0), REAL(1.0));
     REAL hi = bi.h + w * (ti.h - bi.h), hj = bj.h + w * (tj.h - bj.h);
     vec2 b = at_i + float(s) * (at_j - at_i);
-    choose(lower.met != upper.met, End(hi + s * (hj - hi), vec3(b, w), float(w) * b), lower.end);
-    upper.end = lower.end;
+    choose(ruled && lower.met != upper.met, End(hi + s * (hj - hi), vec3(b, w), float(w) * b), lower.end);
+    choose(ruled, lower.end, upper.end);
     count_face(lower, enter, leave);
     count_face(upper, enter, leave);
 }
@@ -190,7 +194,7 @@ void keep_within(bool once, End enter, End leave, inout End end) {
 /* What the ray has in a cell that it meets: from where to where. Where that is nothing it does not end after
  * it begins. */
 bool meet_corners(uint kind, Corner b0, Corner b1, Corner b2, Corner t0, Corner t1, Corner t2, bool upward,
-                  out End from, out End to) {
+                  bool ruled, out End from, out End to) {
     const End none = End(REAL(0.0), vec3(0.0), vec2(0.0));
     Crossing enter = Crossing(none, 0), leave = enter;
     Edge e01 = edge(b0, b1), e12 = edge(b1, b2), e02 = edge(b0, b2);
@@ -201,9 +205,9 @@ bool meet_corners(uint kind, Corner b0, Corner b1, Corner b2, Corner t0, Corner 
     const vec3 a_t0 = vec3(0.0, 0.0, 1.0), a_t1 = vec3(1.0, 0.0, 1.0), a_t2 = vec3(0.0, 1.0, 1.0);
     const vec2 at_0 = vec2(0.0), at_1 = vec2(1.0, 0.0), at_2 = vec2(0.0, 1.0);
     Face l01, u01, l12, u12, l02, u02;
-    meet_side(b0, t0, b1, t1, e01, f01, d01, v0, v1, at_0, at_1, upward, l01, u01, enter, leave);
-    meet_side(b1, t1, b2, t2, e12, f12, d12, v1, v2, at_1, at_2, upward, l12, u12, enter, leave);
-    meet_side(b0, t0, b2, t2, e02, f02, d02, v0, v2, at_0, at_2, !upward, l02, u02, enter, leave);
+    meet_side(b0, t0, b1, t1, e01, f01, d01, v0, v1, at_0, at_1, upward, ruled, l01, u01, enter, leave);
+    meet_side(b1, t1, b2, t2, e12, f12, d12, v1, v2, at_1, at_2, upward, ruled, l12, u12, enter, leave);
+    meet_side(b0, t0, b2, t2, e02, f02, d02, v0, v2, at_0, at_2, !upward, ruled, l02, u02, enter, leave);
     Face bottom = meet_triangle(e12, e02, e01, b0.h, b1.h, b2.h, a_b0, a_b1, a_b2, at_0, at_0);
     Face top = meet_triangle(f12, f02, f01, t0.h, t1.h, t2.h, a_t0, a_t1, a_t2, at_1, at_2);
     bottom.enters = e01.p == upward;
@@ -215,7 +219,7 @@ bool meet_corners(uint kind, Corner b0, Corner b1, Corner b2, Corner t0, Corner 
     Face in12 = meet_triangle(f12, d02, d01, b0.h, t1.h, t2.h, a_b0, a_t1, a_t2, at_1, at_2);
     in01.enters = (e01.p == upward) == (kind != 0u);
     in12.enters = (f12.p == upward) == (kind != 1u);
-    bool once = enter.count == 1 && leave.count == 1;
+    bool once = ruled && enter.count == 1 && leave.count == 1;
     keep_within(once, enter.end, leave.end, in01.end);
     keep_within(once, enter.end, leave.end, in12.end);
 
@@ -229,10 +233,14 @@ bool meet_corners(uint kind, Corner b0, Corner b1, Corner b2, Corner t0, Corner 
         choose(face[k].met && face[k].enters, face[k].end, from);
         choose(face[k].met && !face[k].enters, face[k].end, to);
     }
+    End swap = from;
+    bool turned = !ruled && from.h > to.h;
+    choose(turned, to, from);
+    choose(turned, swap, to);
     return face[0].met || face[1].met || face[2].met || face[3].met;
 }
 
-bool meet_prism(Prism p, uint kind, REAL2 at, out End from, out End to) {
+bool meet_prism(int prism, Prism p, uint kind, REAL2 at, out End from, out End to) {
     REAL4 rx, ry;
     across_ray(at, rx, ry);
     REAL3 rh = FRAME_REAL(FRAME_H_ROW, 8).xyz;
@@ -242,8 +250,9 @@ bool meet_prism(Prism p, uint kind, REAL2 at, out End from, out End to) {
     float unit = 1.0 / max(max(most.x, most.y), max(most.z, 1.0e-37));
     float det = dot(cross(unit * p.e_b1, unit * p.e_b2), unit * p.e_t0);
     bool upward = det * frame[FRAME_SIZE].w < 0.0; /* chi > 0 */
+    bool ruled = texelFetch(maps, (3 * prism + 1) * MAP_TEXELS - 1).w > 0.0;
     return meet_corners(kind, see(rx, ry, rh, p.v0, p.v0, vec3(0.0)), see(rx, ry, rh, p.b1, p.v0, p.e_b1),
                  see(rx, ry, rh, p.b2, p.v0, p.e_b2), see(rx, ry, rh, p.t0, p.v0, p.e_t0),
-                 see(rx, ry, rh, p.t1, p.v0, p.e_t1), see(rx, ry, rh, p.t2, p.v0, p.e_t2), upward, from,
+                 see(rx, ry, rh, p.t1, p.v0, p.e_t1), see(rx, ry, rh, p.t2, p.v0, p.e_t2), upward, ruled, from,
                  to);
 }

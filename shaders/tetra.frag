@@ -164,7 +164,7 @@ void main() {
 #if (VARIANT & FLAG_RULED) != 0
     Prism tetra = fetch_prism(int(cell / 3u));
     End from, to;
-    if (!meet_prism(tetra, cell % 3u, sample_position_real(), from, to))
+    if (!meet_prism(int(cell / 3u), tetra, cell % 3u, sample_position_real(), from, to))
         discard;
     REAL h_in = from.h, h_out = to.h;
     bool by_bottom = from.a.z == 0.0;

@@ -155,7 +155,7 @@ void main() {
 #if (VARIANT & FLAG_RULED) != 0
         Prism prism = fetch_prism(cell / 3);
         End from, to;
-        bool met = meet_prism(prism, uint(cell) % 3u, p_real, from, to);
+        bool met = meet_prism(cell / 3, prism, uint(cell) % 3u, p_real, from, to);
         /* Depths over the prism's first corner, and t from the ray's point nearest to it. */
         REAL shift = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, prism.v0) + frame[FRAME_OU].w - near;
         REAL extent = to.h - from.h;

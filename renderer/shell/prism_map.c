@@ -116,6 +116,24 @@ static void flatten(const struct shell *shell, uint32_t cell, struct prism *pris
     }
 }
 
+/* Whether the cells of a prism are turned differently. */
+static bool is_torn(const struct shell *shell, uint32_t f) {
+    bool left = false, right = false;
+    for (uint32_t t = 3 * f; t < 3 * f + 3; t++) {
+        const uint32_t *v = shell->tetra[t];
+        double edge[3][3], normal[3];
+        for (int k = 0; k < 3; k++)
+            for (int i = 0; i < 3; i++)
+                edge[k][i] = shell->position[v[k + 1]][i] - shell->position[v[0]][i];
+        cross(edge[0], edge[1], normal);
+        /* The second of a prism's three lists its corners the other way around (shell.h). */
+        double volume = dot(normal, edge[2]) * (t % 3 == 1 ? -1 : 1);
+        left |= volume < 0;
+        right |= volume > 0;
+    }
+    return left && right;
+}
+
 void prism_map_fill(const struct shell *shell, float (*map)[MAP_TEXELS][4]) {
     for (uint32_t cell = 0; cell < shell->tetra_count; cell++) {
         uint32_t f = cell / 3;
@@ -138,6 +156,6 @@ void prism_map_fill(const struct shell *shell, float (*map)[MAP_TEXELS][4]) {
         out[1][3] = first[3][3];
         out[2][3] = first[5][3];
         out[3][3] = first[6][3];
-        out[4][3] = (float)scale;
+        out[4][3] = (float)(is_torn(shell, f) ? -scale : scale);
     }
 }

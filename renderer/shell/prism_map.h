@@ -3,7 +3,9 @@
  *
  * MAP_TEXELS texels a cell, with e_k = p_k - p_0 and g_k = o_k - o_0 over the length `unit` and
  * du_k the texture coordinates of corner k relative to corner 0's (the cell's own table holds
- * those): (o_0, du_1.u) (e_1, du_1.v) (e_2, du_2.u) (g_1, du_2.v) (g_2, 1 / unit)
+ * those): (o_0, du_1.u) (e_1, du_1.v) (e_2, du_2.u) (g_1, du_2.v) (g_2, 1 / unit); 1 / unit is
+ * negative where the cells of the prism are turned differently, so that it has no inside of its
+ * own: there cells end at their plane faces (shaders/common_ruled.glsl).
  *
  * A cell's affine map has this form too, with g_k = 0, since in all three cells of a prism b and w
  * are affine coordinates. So prisms in which Newton's few steps would not settle need no branch in

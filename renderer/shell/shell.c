@@ -302,7 +302,6 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
     shell->diagnosis.limited = limit.limited;
     shell->diagnosis.least = limit.least;
     shell->diagnosis.inverted = limit.inverted;
-    shell->ruled &= limit.inverted == 0; /* cells of one prism may be turned differently there */
     shell->diagnosis.inverted_first = limit.inverted_first;
     mesh_thickness_finish(&limit);
     shell->bytes = sizeof *shell + shell->vertex_count * sizeof *shell->position +
