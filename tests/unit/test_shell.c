@@ -145,13 +145,16 @@ static void test_cut_links(void **state) {
     prism_map_fill(shell, map);
     int torn = 0;
     for (uint32_t f = 0; f < mesh->triangle_count; f++) {
-        double least = INFINITY, most = -INFINITY;
+        double least = INFINITY, most = -INFINITY, smallest = INFINITY;
         for (uint32_t t = 3 * f; t < 3 * f + 3; t++) {
             /* T1 has its corners the other way around. */
             double signed_volume = volume(shell, t) * (t % 3 == 1 ? -1 : 1);
             least = fmin(least, signed_volume);
             most = fmax(most, signed_volume);
+            smallest = fmin(smallest, fabs(signed_volume));
         }
+        if (smallest < 1e-12) /* rounding decides */
+            continue;
         bool expected = least < 0 && most > 0;
         for (uint32_t t = 3 * f; t < 3 * f + 3; t++)
             assert_true(map[t][4][3] < 0 ? expected : !expected);
