@@ -256,6 +256,11 @@ static void tell_shadow(const struct plan *plan, bool lit, const char *none,
              3 * need->layers);
     tell(report, "shadow-slices", need->count && need->media, why,
          not_drawn ? not_drawn : "no medium throws a shadow");
+    bool tinted = plan->flags & FLAG_SHADOW_TINT, channels = plan->flags & FLAG_SHADOW_CHANNELS;
+    tell(report, "shadow-colors", tinted || channels,
+         channels ? "extinctions of several colours throw shadows: three optical depths are kept"
+                  : "extinction of one colour throws shadows: channels take shares of one depth",
+         not_drawn ? not_drawn : "no medium that throws shadows has extinction_color");
 }
 
 /* Light, and what it takes. */

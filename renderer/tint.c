@@ -30,10 +30,6 @@ enum status tint_check(const struct scene *scene, const struct path_object *obje
     const struct path_object *tinted = first_tinted(objects, count);
     if (!tinted)
         return STATUS_OK;
-    for (size_t k = 0; k < scene->light_count; k++)
-        if (scene->lights[k].shadow)
-            return refuse(tinted, "this version draws no coloured shadows, and a light throws them",
-                          err);
     for (size_t i = 0; i < count; i++) {
         const struct path_object *object = &objects[i];
         if (!object->shell || !volume_has_medium(object->volume))

@@ -2,8 +2,7 @@
  *
  * A sample keeps one optical depth, beside a colour behind it that each channel is let through of.
  * So alpha, the mean over the channels, is right where all media of a sample are one draw (walks,
- * joint ones too), and where it is 1 in any case, over an opaque background. Maps of shadow keep
- * one optical depth too, and have no such way out. */
+ * joint ones too), and where it is 1 in any case, over an opaque background. */
 #ifndef PELT_RENDERER_TINT_H
 #define PELT_RENDERER_TINT_H
 
@@ -13,8 +12,8 @@
 bool tint_wanted(const struct path_object *objects, size_t count);
 
 /* After plan_order(). STATUS_NOT_IMPLEMENTED, with the pointer of an `extinction_color`, where
- * cells are drawn one by one over a background that is not opaque, where there are more than 4096
- * slabs, and where a light throws shadows. */
+ * cells are drawn one by one over a background that is not opaque, and where there are more than
+ * 4096 slabs. */
 enum status tint_check(const struct scene *scene, const struct path_object *objects, size_t count,
                        struct error *err);
 

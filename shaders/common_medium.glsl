@@ -72,17 +72,22 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         float tau_i = m.a * length_scaled;
 #if (VARIANT & FLAG_FILL) != 0
         tau_i += frame[FRAME_FILL].w * length_scaled;
+        /* Light is asked for at one place: where it is right for the channel that loses most. Another is
+         * off by what it loses itself. */
+#define TAU_LIT (most_of(frame[FRAME_GLOW].yzw) * tau_i)
+#else
+#define TAU_LIT tau_i
 #endif
 #if (VARIANT & FLAG_STRANDS) != 0
         float weight;
         vec3 tangent = strand_at(way, q, weight);
-        source = lit(source, tangent, v, weight, IN_STEP(tau_i));
+        source = lit(source, tangent, v, weight, IN_STEP(TAU_LIT));
 #elif (VARIANT & FLAG_LIT) != 0
         vec3 gradient = gradient_at(q);
         float g = length(gradient);
         vec3 n = way_normal(way, gradient);
         n *= inversesqrt(max(dot(n, n), 1.0e-37));
-        source = lit(source, n, v, g / (g + 0.01), IN_STEP(tau_i));
+        source = lit(source, n, v, g / (g + 0.01), IN_STEP(TAU_LIT));
 #elif (VARIANT & FLAG_AMBIENT) != 0
         source *= frame[FRAME_AMBIENT].rgb;
 #endif

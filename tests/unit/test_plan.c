@@ -17,7 +17,7 @@ static const char *const parts[] = {
     "ambient",       "shadow",        "specular",     "gradients",     "shadow-map",
     "shadow-slices", "point-lights",  "mesh-normals", "base-textures", "OpenImageIO",
     "tinygltf",      "filter",        "leap",         "far-solids",    "strands",
-    "fill",          "nearest-first", "cycles",       "folds"};
+    "fill",          "nearest-first", "cycles",       "folds",         "shadow-colors"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -183,6 +183,17 @@ static const struct row rows[] = {
     {CAST SHELL(SPHERE, FUR, "") END,
      "entries exact-map media resolve voxels light shadow shadow-slices gradients",
      "CASTER:medium+exact CASTER_RANGE: WALK:medium+lit+exact+dimmed RESOLVE:"},
+    {CAST SHELL(SPHERE, FUR ", 'extinction_color': [1, 1, 0.5]", "") END,
+     "entries exact-map media resolve voxels fill light shadow shadow-slices shadow-colors "
+     "gradients",
+     "CASTER:medium+exact+fill CASTER_RANGE: WALK:medium+lit+exact+dimmed+fill+tinted RESOLVE:"},
+    {CAST "{'mesh': {" SPHERE "}}, " SHELL(SPHERE, MIST ", 'extinction_color': [1, 1, 0.5]",
+                                           "") "}, " SHELL(SPHERE, MIST, "") END,
+     "surface entries media resolve depth occluded fill closed-form light shadow shadow-map "
+     "shadow-slices shadow-colors mesh-normals overlap",
+     "CASTER:homogeneous+occluded+fill+channels CASTER:homogeneous+occluded+channels "
+     "CASTER_SURFACE: CASTER_RANGE:occluded OVERLAP:occluded+fill "
+     "SURFACE:lit+hidden+dimmed+channels RESOLVE:"},
     {CAST SHELL(SPHERE, MIST, "") END, "entries media resolve closed-form",
      "WALK:homogeneous RESOLVE:"},
     {VIEW("1", "'lights': [{'shadow': true, 'color': [0, 0, 0]}], ") "{'mesh': {" SPHERE "}" END,
@@ -242,6 +253,8 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_POINT, "point"},
                  {FLAG_STRANDS, "strands"},
                  {FLAG_FILL, "fill"},
+                 {FLAG_SHADOW_TINT, "tinted"},
+                 {FLAG_SHADOW_CHANNELS, "channels"},
                  {FLAG_FILTER, "filter"},
                  {FLAG_FILTER_VIEW, "view"},
                  {FLAG_LEAP, "leap"},
