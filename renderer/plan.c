@@ -322,11 +322,13 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
          : no_shell    ? no_shell
                        : "quality.filter is none");
     tell(report, "fill", plan->flags & FLAG_FILL,
-         "extinction has colours, voxels glow, or their shell absorbs or emits besides: a step "
-         "adds all",
-         needs->voxels ? "nothing has extinction_color, absorption, emission or glow"
+         "voxels glow, or their shell absorbs or emits besides: a step adds all",
+         needs->voxels ? "nothing has absorption, emission or glow"
          : no_shell    ? no_shell
                        : "nothing has voxels");
+    tell(report, "tint", plan->flags & FLAG_TINT,
+         "extinction has colours: three optical depths are summed",
+         no_shell ? no_shell : "no medium has extinction_color");
     tell(report, "closed-form", needs->homogeneous,
          "homogeneous media are integrated without textures or steps",
          no_shell ? no_shell : "no medium is homogeneous");

@@ -37,7 +37,8 @@
      (((v)&FLAG_DDA) == 0 || ((v)&FLAG_LEAP) != 0) &&                                              \
      (((v)&FLAG_FOLDS) == 0 || ((v)&FLAG_SOLID) != 0) &&                                           \
      (((v)&FLAG_RULED) == 0 || ((v)&FLAG_EXACT) != 0) &&                                           \
-     (((v)&FLAG_FILL) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
+     (((v)&FLAG_FILL) == 0 || ((v) & (FLAG_SOLID | FLAG_HOMOGENEOUS)) == 0) &&                     \
+     (((v)&FLAG_TINT) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
      (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0 &&                  \
                                   (((v)&FLAG_FILTER) == 0 || ((known)&FLAGS_CONTENT) == 0))))
 
@@ -71,12 +72,12 @@
 #define FLAG_POINT         0x40000 /* a light stands at a point */
 #define FLAG_SHADOW_TINT                                                                           \
     0x4000000 /* media dim each channel of a light by its own share of one optical depth */
-#define FLAG_SHADOW_CHANNELS 0x8000000 /* or have three of them */
+#define FLAG_SHADOW_CHANNELS 0x20000000 /* or have three of them */
 
 #define FLAG_STRANDS 0x80000 /* a medium is lit by its strands, not by normals */
 
-#define FLAG_FILL                                                                                  \
-    0x400000 /* voxels glow, their shell absorbs or emits, or extinction has colours */
+#define FLAG_FILL 0x400000 /* voxels glow, or their shell absorbs or emits */
+#define FLAG_TINT 0x4000   /* extinction has colours; resolve: and all media have the same */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */
@@ -90,8 +91,8 @@
 #define FRAME_DU 4
 #define FRAME_DV 5
 #define FRAME_SCREEN                                                                               \
-    6                  /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray  \
-                        */
+    6 /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray; w: FLAG_TINT, 1  \
+         where a sample keeps the optical depth of the channel that loses most */
 #define FRAME_STEP   7 /* steps per unit of length, 1 / thickness, most steps */
 #define FRAME_NORMAL 8 /* three rows: world normal from the object's gradient */
 #define FRAME_VIEW_D0                                                                              \
