@@ -296,6 +296,21 @@ static void points(struct matrix *matrix) {
             "32, 12]}}, 'quality': {'samples': 128}}, " GROUND(BELOW) "]}",
             in[i].place[0], in[i].place[1], in[i].place[2], 0.1, 1.0, 0.5, 0.5);
     }
+    /* Nothing leaves what is solid all through, over the ground or cut by it. */
+    made.most = 2e-6;
+    made.why = "ambient light alone";
+    made.voxels = voxels_solid;
+    static const double heights[] = {0.5, -0.25};
+    for (size_t i = 0; i < 2; i++) {
+        snprintf(made.name, sizeof made.name, "point light in a solid%s",
+                 i ? ", that the ground cuts" : "");
+        matrix_add(matrix, made,
+                   "{" IMAGE(16) AWAY POINT_AT FINE
+                   "'objects': [{'shell': {'mesh': {'shape': 'plane', 'size': [1.5, 1.5], "
+                   "'divisions': [2, 2]}, 'thickness': 0.5, 'material': {'builtin': 'chain', "
+                   "'size': [4, 4, 4]}}, 'transform': {'translate': [0, 0, %g]}}, " GROUND("") "]}",
+                   0.31, -0.17, heights[i] + 0.27, 0.1, 1.0, 0.5, 0.5, heights[i]);
+    }
 }
 
 void matrix_light(struct matrix *matrix) {
