@@ -180,7 +180,7 @@ static const struct row rows[] = {
      "CASTER_SURFACE: SURFACE:lit+hidden+point RESOLVE:"},
     {CAST SHELL(SPHERE, CHAIN, "") END,
      "entries solid exact-map resolve voxels leap light shadow shadow-map gradients",
-     "CASTER:solid+lit+exact WALK:solid+lit+exact+hidden+leap+dda RESOLVE:"},
+     "CASTER:solid+lit+exact+leap+dda WALK:solid+lit+exact+hidden+leap+dda RESOLVE:"},
     {CAST SHELL(SPHERE, FUR, "") END,
      "entries exact-map media resolve voxels light shadow shadow-slices gradients",
      "CASTER:medium+exact CASTER_RANGE: WALK:medium+lit+exact+dimmed RESOLVE:"},
