@@ -6,7 +6,7 @@
 enum status drawing_run(const struct drawing *drawing, struct error *err) {
     const struct plan *plan = drawing->plan;
     struct picture *picture = drawing->picture;
-    gl_target_begin(picture->target, picture->behind);
+    gl_target_begin(picture->target, picture->behind, picture->shares);
     enum status status = STATUS_OK;
     if (picture->blocks && picture->target->depth)
         status = gl_blocks_mask(picture->blocks, picture->target, err);

@@ -256,6 +256,11 @@ static void tell_shadow(const struct plan *plan, bool lit, const char *none,
              3 * need->layers);
     tell(report, "shadow-slices", need->count && need->media, why,
          not_drawn ? not_drawn : "no medium throws a shadow");
+    bool tinted = plan->flags & FLAG_SHADOW_TINT, channels = plan->flags & FLAG_SHADOW_CHANNELS;
+    tell(report, "shadow-colors", tinted || channels,
+         channels ? "extinctions of several colours throw shadows: three optical depths are kept"
+                  : "extinction of one colour throws shadows: channels take shares of one depth",
+         not_drawn ? not_drawn : "no medium that throws shadows has extinction_color");
 }
 
 /* Light, and what it takes. */
@@ -317,11 +322,13 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
          : no_shell    ? no_shell
                        : "quality.filter is none");
     tell(report, "fill", plan->flags & FLAG_FILL,
-         "extinction has colours, voxels glow, or their shell absorbs or emits besides: a step "
-         "adds all",
-         needs->voxels ? "nothing has extinction_color, absorption, emission or glow"
+         "voxels glow, or their shell absorbs or emits besides: a step adds all",
+         needs->voxels ? "nothing has absorption, emission or glow"
          : no_shell    ? no_shell
                        : "nothing has voxels");
+    tell(report, "tint", plan->flags & FLAG_TINT,
+         "extinction has colours: three optical depths are summed",
+         no_shell ? no_shell : "no medium has extinction_color");
     tell(report, "closed-form", needs->homogeneous,
          "homogeneous media are integrated without textures or steps",
          no_shell ? no_shell : "no medium is homogeneous");

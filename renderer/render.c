@@ -392,7 +392,7 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
     struct view world;
     struct plan plan;
     double started = clock_now_ms();
-    double stage_ms[REPORT_STAGE_COUNT] = {0};
+    double stage_ms[REPORT_STAGE_COUNT] = {0}, shares[3];
     struct stage_clock clock;
     stage_clock_start(&clock, stage_ms, REPORT_STAGE_assets);
     enum status status =
@@ -411,6 +411,8 @@ static enum status render_once(struct renderer *renderer, const struct scene *sc
         .occluded = plan.occluded,
         .behind =
             tint_wanted(prepared.objects, prepared.object_count) ? scene->image.background : NULL,
+        .shares =
+            tint_shared(scene, prepared.objects, prepared.object_count, shares) ? shares : NULL,
         .device_lists = device_lists(renderer),
         .forced_order = renderer->force & FORCE_NEAREST_FIRST    ? 1
                         : renderer->force & FORCE_FARTHEST_FIRST ? -1

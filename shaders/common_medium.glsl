@@ -4,8 +4,8 @@
  *
  * FLAG_FILL: dL/ds = -(sigma + A) L + sigma c + g sigma c_voxel + Q, the shell's absorption and emission and
  * its voxels' glow (section 5.3: "light is added in the integral, resulting in a glow effect"), exact for
- * constants as the rest is: a step of the length h adds h (sigma c + ...) mean_exp((sigma + A) h). And where
- * extinction has colours, sigma and A are times a factor in each channel, in all terms but Q. */
+ * constants as the rest is: a step of the length h adds h (sigma c + ...) mean_exp((sigma + A) h). FLAG_TINT:
+ * sigma and A are times a factor in each channel, in all terms but Q. */
 #include "common_math.glsl"
 #include "common_through.glsl"
 #include "common_prism.glsl"
@@ -25,7 +25,7 @@ layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
 /* What has been gathered, from the front: radiance, optical depth, what is let through; and whether
  * all of it was: llvmpipe lets all loops of an invocation turn 65,535 times together, and then ends
  * them without a word. */
-#if (VARIANT & FLAG_FILL) != 0
+#if (VARIANT & FLAG_TINT) != 0
 #define CHANNELS vec3 /* of what is let through */
 #else
 #define CHANNELS float
@@ -38,7 +38,7 @@ struct Ray {
 #define RAY_BEGINS Ray(vec3(0.0), CHANNELS(0.0), CHANNELS(1.0), true)
 
 float most_left(Ray ray) {
-#if (VARIANT & FLAG_FILL) != 0
+#if (VARIANT & FLAG_TINT) != 0
     return most_of(ray.left);
 #else
     return ray.left;
@@ -73,25 +73,41 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
 #if (VARIANT & FLAG_FILL) != 0
         tau_i += frame[FRAME_FILL].w * length_scaled;
 #endif
+#if (VARIANT & FLAG_TINT) != 0
+        /* Light is asked for at one place: where it is right for the channel that loses most. Another is
+         * off by what it loses itself. */
+#define TAU_LIT (most_of(frame[FRAME_GLOW].yzw) * tau_i)
+#else
+#define TAU_LIT tau_i
+#endif
 #if (VARIANT & FLAG_STRANDS) != 0
         float weight;
         vec3 tangent = strand_at(way, q, weight);
-        source = lit(source, tangent, v, weight, IN_STEP(tau_i));
+        source = lit(source, tangent, v, weight, IN_STEP(TAU_LIT));
 #elif (VARIANT & FLAG_LIT) != 0
         vec3 gradient = gradient_at(q);
         float g = length(gradient);
         vec3 n = way_normal(way, gradient);
         n *= inversesqrt(max(dot(n, n), 1.0e-37));
-        source = lit(source, n, v, g / (g + 0.01), IN_STEP(tau_i));
+        source = lit(source, n, v, g / (g + 0.01), IN_STEP(TAU_LIT));
 #elif (VARIANT & FLAG_AMBIENT) != 0
         source *= frame[FRAME_AMBIENT].rgb;
 #endif
+#if (VARIANT & FLAG_TINT) != 0
+        vec3 tint = frame[FRAME_GLOW].yzw, taus = tint * tau_i, lost = ray.left * one_minus_exp(taus);
 #if (VARIANT & FLAG_FILL) != 0
-        vec3 tint = frame[FRAME_GLOW].yzw, taus = tint * tau_i;
         vec3 given = tint * (m.a * source + frame[FRAME_GLOW].x * m.rgb) + frame[FRAME_FILL].rgb;
         ray.color += ray.left * length_scaled * mean_exp(taus) * given;
-        ray.left -= ray.left * one_minus_exp(taus);
+#else
+        ray.color += lost * source;
+#endif
+        ray.left -= lost;
         ray.tau += taus;
+#elif (VARIANT & FLAG_FILL) != 0
+        vec3 given = m.a * source + frame[FRAME_GLOW].x * m.rgb + frame[FRAME_FILL].rgb;
+        ray.color += ray.left * length_scaled * mean_exp(tau_i) * given;
+        ray.left -= ray.left * one_minus_exp(tau_i);
+        ray.tau += tau_i;
 #else
         float lost = ray.left * one_minus_exp(tau_i);
         ray.color += lost * source;

@@ -14,7 +14,11 @@
  * Media: deep opacity maps (Yuksel & Keyser 2008), optical depth from the light to a number of depths
  * in each texel, evenly spread over where that texel's ray meets media in front of what is opaque
  * (Yuksel and Keyser: from the first one on): the nearest depth, and minus the farthest. A texel holds
- * four optical depths, of which the last is the first of the next layer's: one fetch brings both ends. */
+ * four optical depths, of which the last is the first of the next layer's: one fetch brings both ends.
+ *
+ * Extinction with colours: where all media that throw shadows have the same, FLAG_SHADOW_TINT, the channels'
+ * optical depths are shares of the one that the maps hold. Else, FLAG_SHADOW_CHANNELS, a texel holds the
+ * three at a slice's end, before the first of which there is nothing: two fetches. */
 #if (VARIANT & FLAG_POINT) != 0
 #define SHADOW_VEC4S (SHADOW_VIEW + SHADOW_FACES * SHADOW_VIEWS * SHADOW_ROWS)
 #else
@@ -22,7 +26,22 @@
 #endif
 layout(std140, binding = BINDING_SHADOW) uniform Shadow {
     vec4 shadow[SHADOW_VEC4S];
+#if (VARIANT & FLAG_SHADOW_TINT) != 0
+    vec4 shadow_tint;
+#endif
 };
+/* Casters, whose maps are not yet there, ask for nothing. */
+#if (VARIANT & FLAGS_COLORED) != 0 && (VARIANT & FLAG_SHADOW_MEDIA) != 0
+#define SHADOW_COLORED
+#define ARRIVES vec3 /* by channels */
+#else
+#define ARRIVES float
+#endif
+#if (VARIANT & FLAG_SHADOW_CHANNELS) != 0
+#define DEPTHS vec3
+#else
+#define DEPTHS float
+#endif
 
 #if (VARIANT & FLAG_SHADOW_OPAQUE) != 0
 layout(binding = BINDING_SHADOW_PLANES) uniform sampler2DArray shadow_planes;
@@ -79,6 +98,16 @@ float shadow_hidden(int layer, vec2 p, float t, vec2 slopes, float texel_depth, 
 
 #if (VARIANT & FLAG_SHADOW_MEDIA) != 0
 /* The optical depth in front of a texel's place s, in slices. */
+#if (VARIANT & FLAG_SHADOW_CHANNELS) != 0
+vec3 shadow_slice(int layer, vec2 texel, float s) {
+    float slices = 3.0 * shadow[0].z, before = min(floor(s), slices - 1.0);
+    vec2 at = clamp(texel, vec2(0.0), vec2(shadow[0].x - 1.0));
+    int first = layer * int(slices), end = first + int(before);
+    vec3 behind = texelFetch(shadow_depths, ivec3(at, max(end - 1, first)), 0).rgb;
+    behind *= before > 0.0 ? 1.0 : 0.0;
+    return mix(behind, texelFetch(shadow_depths, ivec3(at, end), 0).rgb, s - before);
+}
+#else
 float shadow_slice(int layer, vec2 texel, float s) {
     float layers = shadow[0].z, group = min(floor(s / 3.0), layers - 1.0);
     vec2 at = clamp(texel, vec2(0.0), vec2(shadow[0].x - 1.0));
@@ -86,13 +115,14 @@ float shadow_slice(int layer, vec2 texel, float s) {
     vec3 part = clamp(s - 3.0 * group - vec3(0.0, 1.0, 2.0), 0.0, 1.0);
     return depth.x + dot(part, depth.yzw - depth.xyz);
 }
+#endif
 
 /* The optical depth between the light and a point of depth t, from the four texels around it. Where
  * their ranges are pieces of the same layers they are laid upon one another, begin on begin and end
  * on end, so that layers run on between texels. Where one range begins at another thing, or goes on
  * past the limb of the base that the next one ends on, it is not: by more than half of the shortest.
  * Mixed by hand: filters of hardware have 8 bits of a fraction. */
-float shadow_depth(int layer, vec2 p, float t) {
+DEPTHS shadow_depth(int layer, vec2 p, float t) {
     vec2 corner = floor(p - 0.5), f = p - 0.5 - corner;
     /* As textureGather gives them: from the upper left on, to the right. */
     vec4 share = vec4((1.0 - f.x) * f.y, f.x * f.y, f.x * (1.0 - f.y), (1.0 - f.x) * (1.0 - f.y));
@@ -127,9 +157,9 @@ int shadow_face(vec3 from) {
 }
 #endif
 
-/* What arrives of light k at `place`, in the object's space; n: of the surface there, `from`: from the
+/* The share that arrives of light k at `place`, in the object's space; n: of the surface there, `from`: from the
  * light, where that stands at a point; both in the world. */
-float shadow_arrives(int k, vec3 place, vec3 n, vec3 from) {
+ARRIVES shadow_arrives(int k, vec3 place, vec3 n, vec3 from) {
     int face = 0;
     bool point = false;
 #if (VARIANT & FLAG_POINT) != 0
@@ -155,7 +185,12 @@ float shadow_arrives(int k, vec3 place, vec3 n, vec3 from) {
 #if (VARIANT & FLAG_SHADOW_OPAQUE) != 0
     arrives -= shadow_hidden(max(layer, 0), p, depth, shadow_slopes(at, n, along), width, over);
 #endif
-#if (VARIANT & FLAG_SHADOW_MEDIA) != 0
+#ifdef SHADOW_COLORED
+    vec3 depths = vec3(shadow_depth(max(layer, 0), p, t));
+#if (VARIANT & FLAG_SHADOW_TINT) != 0
+    depths *= shadow_tint.rgb;
+#endif
+#elif (VARIANT & FLAG_SHADOW_MEDIA) != 0
     arrives *= exp(-shadow_depth(max(layer, 0), p, t));
 #endif
 #ifdef SURFACE
@@ -163,5 +198,9 @@ float shadow_arrives(int k, vec3 place, vec3 n, vec3 from) {
     float facing = dot(n, along);
     arrives = facing < 0.0 && (!point || facing < -SHADOW_EDGE_ON * length(along)) ? arrives : 0.0;
 #endif
+#ifdef SHADOW_COLORED
+    return layer < 0 ? vec3(1.0) : arrives * exp(-depths);
+#else
     return layer < 0 ? 1.0 : arrives;
+#endif
 }

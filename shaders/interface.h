@@ -10,12 +10,14 @@
  * by clipping; footprints are found by the prisms' own map, and are a medium's; shadows and point
  * lights need light; strands are a
  * lit medium's, and not filtered (joint walks may hold other media that are); what fills a shell
- * besides its material is a medium. The checks
+ * besides its material is a medium; shadows have colours by media, in one way or the other, and a
+ * caster's three optical depths are a medium's. The checks
  * compile of the variants for which this holds those of tests/tools/variant_cover.h, and
  * gl_programs_get() takes no other. */
 #define FLAGS_LIGHT   (FLAG_LIT | FLAG_AMBIENT)
 #define FLAGS_SHADOW  (FLAG_SHADOW_OPAQUE | FLAG_SHADOW_MEDIA)
 #define FLAGS_PLACE   (FLAGS_SHADOW | FLAG_POINT)
+#define FLAGS_COLORED (FLAG_SHADOW_TINT | FLAG_SHADOW_CHANNELS)
 #define FLAGS_CONTENT (FLAG_MEDIUM | FLAG_SOLID | FLAG_HOMOGENEOUS)
 #define VARIANT_MAKES_SENSE(v, known)                                                              \
     ((((v)&FLAGS_CONTENT) == FLAG_MEDIUM || ((v)&FLAGS_CONTENT) == FLAG_SOLID ||                   \
@@ -26,14 +28,17 @@
      (((v)&FLAG_SPECULAR) == 0 || ((v)&FLAG_LIT) != 0) &&                                          \
      (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0) &&                                        \
      (((v)&FLAG_EXACT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                     \
-     (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
+     (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) && ((v)&FLAGS_COLORED) != FLAGS_COLORED &&    \
+     (((v)&FLAGS_COLORED) == 0 || ((v)&FLAG_SHADOW_MEDIA) != 0 ||                                  \
+      (((known)&FLAG_SHADOW_MEDIA) == 0 && ((v)&FLAG_SOLID) == 0)) &&                              \
      (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
      (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
      (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
      (((v)&FLAG_DDA) == 0 || ((v)&FLAG_LEAP) != 0) &&                                              \
      (((v)&FLAG_FOLDS) == 0 || ((v)&FLAG_SOLID) != 0) &&                                           \
      (((v)&FLAG_RULED) == 0 || ((v)&FLAG_EXACT) != 0) &&                                           \
-     (((v)&FLAG_FILL) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
+     (((v)&FLAG_FILL) == 0 || ((v) & (FLAG_SOLID | FLAG_HOMOGENEOUS)) == 0) &&                     \
+     (((v)&FLAG_TINT) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
      (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0 &&                  \
                                   (((v)&FLAG_FILTER) == 0 || ((known)&FLAGS_CONTENT) == 0))))
 
@@ -65,11 +70,14 @@
 #define FLAG_SHADOW_OPAQUE 0x10000 /* a light throws shadows of opaque things */
 #define FLAG_SHADOW_MEDIA  0x20000 /* a light throws shadows of media */
 #define FLAG_POINT         0x40000 /* a light stands at a point */
+#define FLAG_SHADOW_TINT                                                                           \
+    0x4000000 /* media dim each channel of a light by its own share of one optical depth */
+#define FLAG_SHADOW_CHANNELS 0x20000000 /* or have three of them */
 
 #define FLAG_STRANDS 0x80000 /* a medium is lit by its strands, not by normals */
 
-#define FLAG_FILL                                                                                  \
-    0x400000 /* voxels glow, their shell absorbs or emits, or extinction has colours */
+#define FLAG_FILL 0x400000 /* voxels glow, or their shell absorbs or emits */
+#define FLAG_TINT 0x4000   /* extinction has colours; resolve: and all media have the same */
 
 #define LIGHTS_MAX        8
 #define PIXEL_SAMPLES_MAX 256 /* of a pixel */
@@ -83,8 +91,8 @@
 #define FRAME_DU 4
 #define FRAME_DV 5
 #define FRAME_SCREEN                                                                               \
-    6                  /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray  \
-                        */
+    6 /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray; w: FLAG_TINT, 1  \
+         where a sample keeps the optical depth of the channel that loses most */
 #define FRAME_STEP   7 /* steps per unit of length, 1 / thickness, most steps */
 #define FRAME_NORMAL 8 /* three rows: world normal from the object's gradient */
 #define FRAME_VIEW_D0                                                                              \
@@ -132,7 +140,7 @@
  * Then for each view how the object's space falls on its map: the texel (x, y), times 1 + t in
  * perspective, and the depth t of a point; what a texel to the right, one up and a unit of depth
  * are in the world; w of the last two: a texel's width in units of depth, and rounding over
- * SHADOW_ROUNDING. */
+ * SHADOW_ROUNDING. And last, for FLAG_SHADOW_TINT, the channels' shares of optical depths. */
 #define BINDING_SHADOW 1
 #define SHADOW_FACES   6  /* of a light that stands at a point */
 #define SHADOW_FACE    1  /* 2 LIGHTS_MAX */
@@ -149,6 +157,9 @@
 #define SHADOW_VIEWS   8 /* without points; times SHADOW_FACES with them */
 #define SHADOW_LAYERS                                                                              \
     4 /* that one pass writes; each holds three slices, and the next one's first */
+#define SHADOW_CHANNEL_LAYERS                                                                      \
+    6 /* FLAG_SHADOW_CHANNELS: a layer a slice, three optical depths at its end; a divisor of 12   \
+       */
 
 /* What fp32 may leave of equal depths, which are between -1 and 1: eight roundings of 2^-24 each in
  * two sums of four products. Of lights with a direction; others' rows say by what it is larger. */

@@ -58,7 +58,7 @@ layout(location = 4) uniform uvec3 slot[SLOTS];
 layout(location = 0, index = 0) out vec4 picture; /* radiance; optical depth */
 layout(location = 0, index = 1) out vec4 through; /* transmittance, the blend factor */
 
-#if (VARIANT & FLAG_FILL) != 0
+#if (VARIANT & FLAG_TINT) != 0
 #define CHANNELS vec3 /* of what is let through */
 #define MOST(x) most_of(x)
 #else
@@ -215,11 +215,20 @@ void main() {
 #else
 #define PLACE(k, dt) s[k].q + dt * s[k].dq
 #endif
-#if (VARIANT & FLAG_FILL) != 0
+#if (VARIANT & FLAG_FILL) != 0 && (VARIANT & FLAG_TINT) != 0
 #define FILL(k)                                                                                    \
     vec4 glow = frame[k * FRAME_VEC4S + FRAME_GLOW], fill = frame[k * FRAME_VEC4S + FRAME_FILL];   \
     m.rgb = glow.yzw * (m.rgb + glow.x * own) + fill.rgb;                                          \
     vec3 taken = glow.yzw * (m.a + fill.w);
+#elif (VARIANT & FLAG_FILL) != 0
+#define FILL(k)                                                                                    \
+    vec4 fill = frame[k * FRAME_VEC4S + FRAME_FILL];                                               \
+    m.rgb += frame[k * FRAME_VEC4S + FRAME_GLOW].x * own + fill.rgb;                               \
+    float taken = m.a + fill.w;
+#elif (VARIANT & FLAG_TINT) != 0
+#define FILL(k)                                                                                    \
+    vec3 tint = frame[k * FRAME_VEC4S + FRAME_GLOW].yzw, taken = tint * m.a;                       \
+    m.rgb *= tint;
 #else
 #define FILL(k) float taken = m.a;
 #endif

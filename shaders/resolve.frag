@@ -1,5 +1,6 @@
 /* The box mean of a pixel's k x k samples, in linear premultiplied RGBA, over the background.
- * A sample holds radiance and optical depth; alpha = 1 - exp(-depth). */
+ * A sample holds radiance and optical depth; alpha = 1 - exp(-depth), or FLAG_TINT the mean of that over
+ * the channels, whose depths are shares of it. */
 #include "common_math.glsl"
 
 layout(binding = BINDING_SAMPLES) uniform sampler2D samples;
@@ -8,6 +9,9 @@ layout(location = 1) uniform vec4 background; /* premultiplied */
 #if (VARIANT & FLAG_BLOCKS) != 0
 layout(binding = BINDING_BLOCKS) uniform samplerBuffer blocks; /* their lower left pixels */
 layout(location = 2) uniform ivec3 layout_of; /* a block's side in pixels; the target's width; blocks */
+#endif
+#if (VARIANT & FLAG_TINT) != 0
+layout(location = 3) uniform vec3 shares;
 #endif
 layout(location = 0) out vec4 picture;
 
@@ -27,8 +31,15 @@ void main() {
     do {
         vec4 s = texelFetch(samples, corner + ivec2(i % k, i / k), 0);
         color += s.rgb;
+#if (VARIANT & FLAG_TINT) != 0
+        /* What is opaque is so to all. */
+        vec3 depths = s.a < 0.5 * OPAQUE_DEPTH ? shares * s.a : vec3(s.a);
+        lost += dot(one_minus_exp(depths), vec3(1.0 / 3.0));
+        through += dot(exp(-depths), vec3(1.0 / 3.0));
+#else
         lost += one_minus_exp(s.a);
         through += exp(-s.a);
+#endif
     } while (++i < min(k * k, PIXEL_SAMPLES_MAX));
     float count = float(k * k);
     float alpha = through < lost ? 1.0 - (1.0 - background.a) * (through / count)

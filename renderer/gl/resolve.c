@@ -4,12 +4,15 @@
 #include "renderer/gl/context.h"
 #include "shaders/interface.h"
 
-void gl_target_begin(struct gl_target *target, const double background[4]) {
+void gl_target_begin(struct gl_target *target, const double background[4], const double shares[3]) {
     static const float far_away = 0;
     float color[4] = {0, 0, 0, 0}; /* an optical depth of 0, whatever the background's alpha */
     for (int i = 0; i < 3 && background; i++)
         color[i] = (float)(background[i] * background[3]);
     target->over_background = background != NULL;
+    target->tinted = shares != NULL;
+    for (int i = 0; i < 3; i++)
+        target->shares[i] = shares ? (float)shares[i] : 1;
     /* Depths reach the buffer as the shaders give them, in [0, 1]. */
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer);
@@ -26,8 +29,9 @@ static enum status resolve(struct gl_programs *programs, const struct gl_target 
                            const struct gl_blocks *blocks, const double background[4],
                            const struct gl_target *picture, bool *compiled, struct error *err) {
     GLuint program, array;
-    enum status status = gl_programs_get(programs, GL_PROGRAM_RESOLVE, blocks ? FLAG_BLOCKS : 0u,
-                                         &program, compiled, err);
+    uint32_t flags = (blocks ? FLAG_BLOCKS : 0u) | (samples->tinted ? FLAG_TINT : 0u);
+    enum status status =
+        gl_programs_get(programs, GL_PROGRAM_RESOLVE, flags, &program, compiled, err);
     if (status != STATUS_OK)
         return status;
     float premultiplied[4];
@@ -42,6 +46,8 @@ static enum status resolve(struct gl_programs *programs, const struct gl_target 
     glUseProgram(program);
     glProgramUniform1i(program, 0, k);
     glProgramUniform4fv(program, 1, 1, premultiplied);
+    if (samples->tinted)
+        glProgramUniform3fv(program, 3, 1, samples->shares);
     glBindTextureUnit(BINDING_SAMPLES, samples->color);
     if (blocks) {
         glProgramUniform3i(program, 2, blocks->side, picture->width, (GLint)blocks->count);

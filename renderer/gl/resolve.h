@@ -10,8 +10,8 @@
 
 /* What of a target is emptied before drawing: colour to nothing, or to a background (straight
  * linear RGBA) where that is not NULL; depth to infinitely far (0). Makes it the target of what
- * follows, over its whole size. */
-void gl_target_begin(struct gl_target *target, const double background[4]);
+ * follows, over its whole size. `shares`: NULL, or of a sample's optical depth each channel's. */
+void gl_target_begin(struct gl_target *target, const double background[4], const double shares[3]);
 
 /* Draws `samples` (radiance and optical depth, k x k for each pixel) into `picture`, whose size
  * times k is that of `samples`. `background`: straight linear RGBA. *compiled as in

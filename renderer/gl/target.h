@@ -13,6 +13,8 @@ struct gl_target {
     int width, height;
     GLuint framebuffer, color, depth; /* depth 0: none */
     bool over_background;             /* drawn over it, not yet to be laid over it (resolve.h) */
+    bool tinted;     /* channels lose shares of what a sample's optical depth says: */
+    float shares[3]; /* the largest is 1 */
 };
 
 /* Makes the target this size, allocating only if it differs. STATUS_OUT_OF_MEMORY,

@@ -224,7 +224,13 @@ void cell_pass_cast(struct cell_pass *pass, enum gl_program_id program, const in
 static uint32_t variant_of(const struct cell_pass *pass, const struct path_object *object,
                            const struct picture *picture, bool solid) {
     uint32_t flags = variant_in_picture(object, picture, solid);
+    bool cast = pass->program == GL_PROGRAM_CASTER || pass->program == GL_PROGRAM_CASTER_RANGE;
     flags |= object->projection.behind ? (uint32_t)FLAG_EYE_INSIDE : 0;
+    if (cast && solid)
+        flags &= ~(uint32_t)FLAG_SHADOW_CHANNELS;
+    else if (cast) /* optical depths are laid out in equal steps */
+        flags = (flags & ~(uint32_t)(FLAG_LEAP | FLAG_DDA)) |
+                (object->shadow & (uint32_t)FLAG_SHADOW_CHANNELS);
     flags &= gl_program_flags(pass->program);
     return pass->program == GL_PROGRAM_CASTER && !solid ? flags & ~(uint32_t)FLAG_LIT : flags;
 }

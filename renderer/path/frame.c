@@ -73,6 +73,7 @@ void frame_set_view(struct frame *frame, const struct picture *picture, const st
         memcpy(frame->v[FRAME_LIGHT_DIR + k], lights->toward[k], sizeof lights->toward[k]);
         memcpy(frame->v[FRAME_LIGHT_COLOR + k], lights->color[k], sizeof lights->color[k]);
     }
+    frame->v[FRAME_SCREEN][3] = picture->shares ? 1 : 0;
     frame->v[FRAME_MATERIAL][3] = view->orthographic ? 1 : 0;
     frame->v[FRAME_SIZE][3] = object->mirrored ? -1 : 1;
 }

@@ -23,13 +23,29 @@ static bool any_exact(const struct joint *joint) {
     return false;
 }
 
+/* A homogeneous medium's filling is part of its constants, but not where channels lose shares of
+ * it.
+ */
+static bool fills(const struct joint *joint) {
+    bool tinted = false, filled = false, voxels = false;
+    for (uint32_t i = 0; i < joint->shell_count; i++) {
+        const struct volume *volume = joint->shell[i].object->volume;
+        tinted |= volume_is_tinted(volume);
+        filled |= volume_is_filled(volume);
+        voxels |= volume_is_filled(volume) && !volume->homogeneous;
+    }
+    return voxels || (tinted && filled);
+}
+
 /* Lit shells of one picture are all lit by the same lights: with a direction, or by none. */
 static uint32_t variant_of(const struct joint *joint, const struct picture *picture) {
     uint32_t more = joint->slots - 2, flags = picture->occluded ? FLAG_OCCLUDED : 0;
+    flags |= fills(joint) ? FLAG_FILL : 0;
     flags |= (more & 1 ? FLAG_SLOTS_1 : 0) | (more & 2 ? FLAG_SLOTS_2 : 0);
     for (uint32_t i = 0; i < joint->shell_count; i++)
         flags |= variant_of_shell(joint->shell[i].object, picture->lights.count, false, false) &
-                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAG_STRANDS | FLAG_FILL | FLAGS_PLACE);
+                 (FLAG_LIT | FLAG_SPECULAR | FLAG_AMBIENT | FLAG_STRANDS | FLAG_TINT | FLAGS_PLACE |
+                  FLAGS_COLORED);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
     for (uint32_t i = 0; i < joint->shell_count; i++)
@@ -120,9 +136,7 @@ enum status joint_prepare(struct joint *joint, struct picture *picture,
     static const GLenum formats[TABLES] = {GL_RGBA32F, GL_RGBA32UI, GL_RGBA32F};
     static const size_t sizes[TABLES] = {CELL_BYTES, LINK_BYTES, MAP_BYTES};
     size_t cells = 0;
-    bool filled = false;
-    for (uint32_t i = 0; i < joint->shell_count; i++)
-        filled |= (variant_of_shell(joint->shell[i].object, 0, false, false) & FLAG_FILL) != 0;
+    bool filled = fills(joint);
     joint->slots = 0;
     for (uint32_t i = 0; i < joint->shell_count; i++) {
         joint->shell[i].first = (uint32_t)cells;

@@ -74,6 +74,9 @@ struct picture {
     /* NULL; or, where extinction has colours, the background (straight linear RGBA): it is drawn
      * first, since each channel lets a share of its own through. */
     const double *behind;
+    /* NULL; or, where that is transparent and all media have one colour of extinction, the
+     * channels' shares of the optical depth that samples keep, which is the largest (tint.h). */
+    const double *shares;
     /* NULL: the whole picture. Else only these blocks: a path draws its full-screen passes with
      * gl_blocks_draw(), and all others under the depth test, which lets nothing through elsewhere.
      */

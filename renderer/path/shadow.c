@@ -16,6 +16,9 @@
 /* A map's size where the scene leaves it open; its slices. */
 enum { SIDE_MIN = 256, SIDE_MAX = 1024, SLICES = 12 };
 
+/* Of a texture, which every GL 4.5 has. */
+enum { ARRAY_LAYERS = 2048 };
+
 /* Stands for "nothing there": farther than any depth, and finite. */
 static const float FAR_AWAY = 1e30f;
 
@@ -41,8 +44,36 @@ static bool throws(const struct scene_light *light) {
     return light->shadow && (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
 }
 
+/* Of optical depths, in a view. */
+static int layers_of(const struct shadow_need *need) {
+    return need->channels ? 3 * need->layers : need->layers;
+}
+
+static bool is_tinted(const struct shadow_need *need) {
+    return need->media && !need->channels &&
+           (need->tint[0] != 1 || need->tint[1] != 1 || need->tint[2] != 1);
+}
+
+/* The colour of all extinction that throws shadows, or that there are several. */
+static void choose_tint(const struct path_object *objects, size_t count, struct shadow_need *need) {
+    for (int i = 0; i < 3; i++)
+        need->tint[i] = 1;
+    need->channels = false;
+    bool any = false;
+    for (size_t n = 0; n < count; n++) {
+        if (!objects[n].shell || !volume_has_medium(objects[n].volume))
+            continue;
+        const double *tint = objects[n].volume->tint;
+        for (int i = 0; i < 3; i++) {
+            need->channels |= any && tint[i] != need->tint[i];
+            need->tint[i] = tint[i];
+        }
+        any = true;
+    }
+}
+
 static uint64_t bytes_of(const struct shadow_need *need, int size) {
-    uint64_t layers = (need->opaque ? 1 : 0) + (need->media ? 1 + (uint64_t)need->layers : 0);
+    uint64_t layers = (need->opaque ? 1 : 0) + (need->media ? 1 + (uint64_t)layers_of(need) : 0);
     return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->views + 1);
 }
 
@@ -106,6 +137,7 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
         return STATUS_OK;
     need->layers =
         SHADOW_LAYERS * (int)ceil((scene->shadow.slices ? scene->shadow.slices : SLICES) / 12.0);
+    choose_tint(objects, count, need);
     need->size = scene->shadow.size;
     if (!need->size) {
         int longer =
@@ -121,11 +153,20 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
                            need->size, need->size, 3 * need->layers, need->views,
                            (unsigned long long)(bytes_of(need, need->size) >> 20),
                            SHADOW_BYTES_MAX >> 20);
+    if (layers_of(need) * need->views > ARRAY_LAYERS)
+        return error_fault(err, STATUS_TOO_COMPLEX, "/shadow/slices",
+                           "%d slices of three optical depths for %d views of lights: %d layers, "
+                           "and a GL need not have more than %d",
+                           3 * need->layers, need->views, layers_of(need) * need->views,
+                           ARRAY_LAYERS);
     scene->shadow.size = need->size;
     scene->shadow.slices = need->media ? 3 * need->layers : 0;
     for (size_t i = 0; i < count; i++)
         objects[i].shadow |= (need->opaque ? (uint32_t)FLAG_SHADOW_OPAQUE : 0) |
-                             (need->media ? (uint32_t)FLAG_SHADOW_MEDIA : 0);
+                             (need->media ? (uint32_t)FLAG_SHADOW_MEDIA : 0) |
+                             (need->channels    ? (uint32_t)FLAG_SHADOW_CHANNELS
+                              : is_tinted(need) ? (uint32_t)FLAG_SHADOW_TINT
+                                                : 0);
     return STATUS_OK;
 }
 
@@ -162,7 +203,8 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
                              struct error *err) {
     bool same = maps->framebuffer && maps->need.size == need->size &&
                 maps->need.views == need->views && maps->need.layers == need->layers &&
-                maps->need.opaque == need->opaque && maps->need.media == need->media;
+                maps->need.opaque == need->opaque && maps->need.media == need->media &&
+                maps->need.channels == need->channels;
     maps->need = *need;
     if (same)
         return STATUS_OK;
@@ -176,7 +218,7 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
     if (need->media) {
         maps->ranges = make_map(GL_TEXTURE_2D_ARRAY, GL_RG32F, need->size, need->views);
         maps->depths =
-            make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->views * need->layers);
+            make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->views * layers_of(need));
     }
     GLint bits = 4; /* what GL guarantees */
     glGetIntegerv(GL_SUBPIXEL_BITS, &bits);
@@ -184,11 +226,17 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
     return gl_check("maps for shadows", err);
 }
 
+/* That a pass writes. */
+enum { LAYERS_MAX = SHADOW_CHANNEL_LAYERS };
+_Static_assert((int)LAYERS_MAX >= SHADOW_LAYERS && 12 % SHADOW_CHANNEL_LAYERS == 0,
+               "passes write all layers of as many slices as there are");
+
 /* From now on into `count` layers of a texture. */
 static void aim(const struct shadow_maps *maps, GLuint texture, int layer, int count) {
-    static const GLenum buffers[SHADOW_LAYERS] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
-                                                  GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3};
-    for (int i = 0; i < SHADOW_LAYERS; i++)
+    static const GLenum buffers[LAYERS_MAX] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
+                                               GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3,
+                                               GL_COLOR_ATTACHMENT4, GL_COLOR_ATTACHMENT5};
+    for (int i = 0; i < LAYERS_MAX; i++)
         if (i >= count)
             glNamedFramebufferTexture(maps->framebuffer, buffers[i], 0, 0);
         else
@@ -280,8 +328,8 @@ static void begin_media(const struct picture *picture, GLuint depth, GLenum equa
 static enum status draw_media(struct shadow_pass *pass, struct picture *picture, int light,
                               struct error *err) {
     struct shadow_maps *maps = &pass->maps;
-    int layers = maps->need.layers;
-    int slices[3] = {3 * layers, 0, light};
+    int layers = layers_of(&maps->need), slices[3] = {3 * maps->need.layers, 0, light};
+    int at_once = maps->need.channels ? SHADOW_CHANNEL_LAYERS : SHADOW_LAYERS;
     enum status status = outline(pass, picture, false, err);
     aim(maps, maps->ranges, light, 1);
     clear(maps, 1, FAR_AWAY, FAR_AWAY);
@@ -289,11 +337,11 @@ static enum status draw_media(struct shadow_pass *pass, struct picture *picture,
     cell_pass_cast(pass->cells, GL_PROGRAM_CASTER_RANGE, slices);
     if (status == STATUS_OK)
         status = cell_pass_draw(pass->cells, picture, &pass->outlines, false, err);
-    for (int done = 0; done < layers && status == STATUS_OK; done += SHADOW_LAYERS) {
-        aim(maps, maps->depths, light * layers + done, SHADOW_LAYERS);
-        clear(maps, SHADOW_LAYERS, 0, 0);
+    for (int done = 0; done < layers && status == STATUS_OK; done += at_once) {
+        aim(maps, maps->depths, light * layers + done, at_once);
+        clear(maps, at_once, 0, 0);
         begin_media(picture, maps->depth, GL_FUNC_ADD);
-        slices[1] = 3 * done;
+        slices[1] = maps->need.channels ? done : 3 * done;
         cell_pass_cast(pass->cells, GL_PROGRAM_CASTER, slices);
         glBindTextureUnit(BINDING_SHADOW_RANGES, maps->ranges);
         status = cell_pass_draw(pass->cells, picture, &pass->outlines, false, err);
@@ -519,9 +567,11 @@ void shadow_bind(const struct picture *picture, const struct view *view,
     if (!maps)
         return;
     enum { VIEWS = SHADOW_FACES * SHADOW_VIEWS };
-    float rows[SHADOW_VIEW + VIEWS * SHADOW_ROWS][4];
+    float rows[SHADOW_VIEW + VIEWS * SHADOW_ROWS + 1][4];
     size_t used = SHADOW_VIEW + (maps->need.points ? VIEWS : SHADOW_VIEWS) * SHADOW_ROWS;
     memset(rows, 0, used * sizeof *rows);
+    if (is_tinted(&maps->need))
+        set_row(rows[used++], maps->need.tint, 1, 0);
     double size = maps->need.size;
     rows[0][0] = (float)size;
     rows[0][1] = size > 0 ? (float)(1 / size) : 0;

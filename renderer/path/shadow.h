@@ -22,6 +22,8 @@ struct shadow_need {
     int views;          /* of all of them: their maps are one layer each */
     bool opaque, media; /* whether there are such things to throw them */
     bool points;        /* lights stand at points, which is told with the maps or without */
+    bool channels;      /* extinctions of several colours: three optical depths */
+    double tint[3];     /* else each channel's share of the one */
     int size, layers;   /* of a map; of four depths each */
     /* Each light's views, -1: it throws no shadow, or nothing lies there. A light with a direction
      * has the first alone; others one for each face of the cube around them (light_view.h). */

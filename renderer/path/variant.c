@@ -34,8 +34,9 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
         flags |= FLAG_FILTER | (object->filter == SCENE_FILTER_VIEW ? FLAG_FILTER_VIEW : 0);
     if (path_object_leaps(object, solid))
         flags |= FLAG_LEAP | (object->traversal[solid] == SCENE_TRAVERSAL_DDA ? FLAG_DDA : 0);
-    if (!solid && (volume_is_tinted(volume) || (!volume->homogeneous && volume_is_filled(volume))))
-        flags |= FLAG_FILL;
+    if (!solid)
+        flags |= (volume_is_tinted(volume) ? FLAG_TINT : 0) |
+                 (!volume->homogeneous && volume_is_filled(volume) ? FLAG_FILL : 0);
     if (variant_needs_normals(object, lights))
         flags |= FLAG_LIT | object->shadow |
                  (volume->specular > 0 ? FLAG_SPECULAR : object->forced & FLAG_SPECULAR) |

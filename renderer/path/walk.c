@@ -315,7 +315,8 @@ static enum status give_up_media(struct picture *picture, struct error *err) {
         struct path_object *object = &picture->objects[i];
         if (!object->walk || !volume_has_medium(object->volume))
             continue;
-        if (picture->behind && picture->behind[3] < 1 && volume_is_tinted(object->volume)) {
+        if (picture->behind && picture->behind[3] < 1 && !picture->shares &&
+            volume_is_tinted(object->volume)) {
             char pointer[96];
             snprintf(pointer, sizeof pointer, "%s/shell/material/extinction_color",
                      object->pointer);

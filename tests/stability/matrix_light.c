@@ -129,7 +129,7 @@ static void filled(struct matrix *matrix) {
                "}, " MIST(STEPS) ", " GROUND(BELOW) "]}");
 }
 
-/* Extinction with colours at its ends; what keeps one optical depth refuses it. */
+/* Extinction with colours at its ends, and its shadows; what keeps one optical depth refuses it. */
 static void tinted(struct matrix *matrix) {
     struct matrix_case made = {.group = "light", .bound = BOUND_PICTURE, .may_refuse = "*"};
     static const struct {
@@ -178,13 +178,39 @@ static void tinted(struct matrix *matrix) {
                "0.4, 'material': {'builtin': 'homogeneous', 'extinction': 0.5, "
                "'extinction_color': [0.2, 1, 0.4]}}, 'transform': {'translate': [0, 0, 0.9]}" STEPS
                "}, " MIST(STEPS) ", " GROUND(BELOW) "]}");
-    snprintf(made.name, sizeof made.name, "tint: in shadow");
-    made.most = 0;
-    made.why = "refused";
-    matrix_add(matrix, made,
-               "{" IMAGE(16) AWAY SUN
-               "'objects': [{'shell': {'mesh': {'shape': 'plane'}, 'material': {'builtin': "
-               "'homogeneous', 'extinction_color': [0.2, 1, 0.4]}}}, " GROUND(BELOW) "]}");
+    made.most = 0.03;
+    made.why = why_maps;
+    made.may_refuse = NULL;
+    made.may_warn = NULL;
+    static const struct {
+        const char *name, *light, *material, *beside;
+    } shadows[] = {
+        {"one colour", SUN, "'extinction_color': [0.1, 0.4, 1]", ""},
+        {"two colours", SUN, "'extinction_color': [0.1, 0.4, 1]",
+         ", {'shell': {'mesh': {'shape': 'plane', 'size': [2, 2]}, 'thickness': 0.4, 'material': "
+         "{'builtin': 'homogeneous', 'extinction': 0, 'absorption': 2, 'extinction_color': [1, "
+         "0.3, 0]}}, 'transform': {'translate': [1.5, 0.5, -1.2]}" STEPS "}"},
+        {"no red at all, and opaque to blue", SUN,
+         "'absorption': 1e6, 'extinction_color': [0, 1e-6, 1]", ""},
+        {"two colours, a lamp in one",
+         "'lights': [{'position': [0.75, -0.75, 0.6], 'radius': 0.3, 'color': [1, 1, 1], 'shadow': "
+         "true}], 'ambient': [0.1, 0.2, 0.1], ",
+         "'extinction_color': [0.1, 0.4, 1]",
+         ", {'shell': {'mesh': {'shape': 'plane', 'size': [2, 2]}, 'thickness': 0.4, 'material': "
+         "{'builtin': 'homogeneous', 'extinction': 0, 'absorption': 2, 'extinction_color': [1, "
+         "0.3, 0]}}, 'transform': {'translate': [1.5, 0.5, -1.2]}" STEPS "}"},
+    };
+    for (size_t i = 0; i < sizeof shadows / sizeof *shadows; i++) {
+        made.quick = i == 1;
+        snprintf(made.name, sizeof made.name, "tint: shadow, %s", shadows[i].name);
+        matrix_add(matrix, made,
+                   "{'image': {'width': 16, 'height': 16, 'samples': 1, 'background': [0.2, 0.5, "
+                   "0.9, 1]}, " AWAY "%s'shadow': {'size': %d, 'slices': 24}, "
+                   "'objects': [{'shell': {'mesh': {'shape': 'sphere', "
+                   "'divisions': [12, 6]}, 'thickness': 0.4, 'tiles': [3, 2], 'material': "
+                   "{'builtin': 'clouds', 'size': [8, 8, 4], %s}}" STEPS "}%s, " GROUND(BELOW) "]}",
+                   shadows[i].light, i == 3 ? 128 : 512, shadows[i].material, shadows[i].beside);
+    }
 }
 
 /* Lights that stand at points: beside, in, on and far from what throws shadows. */
@@ -269,6 +295,21 @@ static void points(struct matrix *matrix) {
             "'thickness': 0.5, 'tiles': [1, 1], 'material': {'builtin': 'chain', 'size': [32, "
             "32, 12]}}, 'quality': {'samples': 128}}, " GROUND(BELOW) "]}",
             in[i].place[0], in[i].place[1], in[i].place[2], 0.1, 1.0, 0.5, 0.5);
+    }
+    /* Nothing leaves what is solid all through, over the ground or cut by it. */
+    made.most = 2e-6;
+    made.why = "ambient light alone";
+    made.voxels = voxels_solid;
+    static const double heights[] = {0.5, -0.25};
+    for (size_t i = 0; i < 2; i++) {
+        snprintf(made.name, sizeof made.name, "point light in a solid%s",
+                 i ? ", that the ground cuts" : "");
+        matrix_add(matrix, made,
+                   "{" IMAGE(16) AWAY POINT_AT FINE
+                   "'objects': [{'shell': {'mesh': {'shape': 'plane', 'size': [1.5, 1.5], "
+                   "'divisions': [2, 2]}, 'thickness': 0.5, 'material': {'builtin': 'chain', "
+                   "'size': [4, 4, 4]}}, 'transform': {'translate': [0, 0, %g]}}, " GROUND("") "]}",
+                   0.31, -0.17, heights[i] + 0.27, 0.1, 1.0, 0.5, 0.5, heights[i]);
     }
 }
 

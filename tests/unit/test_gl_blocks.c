@@ -105,7 +105,7 @@ static void test_draws_blocks_alone(void **state) {
                              STATUS_OK);
             assert_int_equal(gl_programs_get(programs, GL_PROGRAM_RESOLVE, 0, &program, NULL, &err),
                              STATUS_OK);
-            gl_target_begin(&some, NULL);
+            gl_target_begin(&some, NULL, NULL);
             glUseProgram(program); /* its uniforms are as the resolve above left them */
             glCreateVertexArrays(1, &array);
             gl_blocks_draw(&blocks, program, array);
@@ -118,7 +118,7 @@ static void test_draws_blocks_alone(void **state) {
             assert_int_equal(gl_target_read(&some, b[0], &err), STATUS_OK);
             assert_memory_equal(a, b, count * sizeof *a);
 
-            gl_target_begin(&some, NULL);
+            gl_target_begin(&some, NULL, NULL);
             glUseProgram(program);
             glCreateVertexArrays(1, &array);
             gl_blocks_draw(&blocks, program, array);

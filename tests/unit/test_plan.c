@@ -17,7 +17,8 @@ static const char *const parts[] = {
     "ambient",       "shadow",        "specular",     "gradients",     "shadow-map",
     "shadow-slices", "point-lights",  "mesh-normals", "base-textures", "OpenImageIO",
     "tinygltf",      "filter",        "leap",         "far-solids",    "strands",
-    "fill",          "nearest-first", "cycles",       "folds"};
+    "fill",          "nearest-first", "cycles",       "folds",         "shadow-colors",
+    "tint"};
 enum { PART_COUNT = sizeof parts / sizeof *parts };
 
 #define VIEW(samples, beside)                                                                      \
@@ -96,7 +97,7 @@ static const struct row rows[] = {
     {ONE SHELL(SPHERE, MIST ", 'absorption': 1, 'emission': [1, 0, 0]", "") END,
      "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
     {ONE SHELL(SPHERE, MIST ", 'extinction_color': [1, 1, 0.5]", "") END,
-     "entries media resolve fill closed-form", "WALK:homogeneous+fill RESOLVE:"},
+     "entries media resolve tint closed-form", "WALK:homogeneous+tint RESOLVE:tint"},
     {ONE SHELL(SPHERE, MIST ", 'extinction_color': [1, 1, 1], 'absorption': 0", "") END,
      "entries media resolve closed-form", "WALK:homogeneous RESOLVE:"},
     {ONE SHELL(SPHERE, HAIR, "") END, "entries exact-map media resolve voxels light strands",
@@ -179,10 +180,21 @@ static const struct row rows[] = {
      "CASTER_SURFACE: SURFACE:lit+hidden+point RESOLVE:"},
     {CAST SHELL(SPHERE, CHAIN, "") END,
      "entries solid exact-map resolve voxels leap light shadow shadow-map gradients",
-     "CASTER:solid+lit+exact WALK:solid+lit+exact+hidden+leap+dda RESOLVE:"},
+     "CASTER:solid+lit+exact+leap+dda WALK:solid+lit+exact+hidden+leap+dda RESOLVE:"},
     {CAST SHELL(SPHERE, FUR, "") END,
      "entries exact-map media resolve voxels light shadow shadow-slices gradients",
      "CASTER:medium+exact CASTER_RANGE: WALK:medium+lit+exact+dimmed RESOLVE:"},
+    {CAST SHELL(SPHERE, FUR ", 'extinction_color': [1, 1, 0.5]", "") END,
+     "entries exact-map media resolve voxels tint light shadow shadow-slices shadow-colors "
+     "gradients",
+     "CASTER:medium+exact CASTER_RANGE: WALK:medium+lit+exact+dimmed+tint+tinted RESOLVE:tint"},
+    {CAST "{'mesh': {" SPHERE "}}, " SHELL(SPHERE, MIST ", 'extinction_color': [1, 1, 0.5]",
+                                           "") "}, " SHELL(SPHERE, MIST, "") END,
+     "surface entries media resolve depth occluded tint closed-form light shadow shadow-map "
+     "shadow-slices shadow-colors mesh-normals overlap",
+     "CASTER:homogeneous+occluded+channels CASTER_SURFACE: CASTER_RANGE:occluded "
+     "OVERLAP:occluded+tint "
+     "SURFACE:lit+hidden+dimmed+channels RESOLVE:"},
     {CAST SHELL(SPHERE, MIST, "") END, "entries media resolve closed-form",
      "WALK:homogeneous RESOLVE:"},
     {VIEW("1", "'lights': [{'shadow': true, 'color': [0, 0, 0]}], ") "{'mesh': {" SPHERE "}" END,
@@ -242,6 +254,9 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_POINT, "point"},
                  {FLAG_STRANDS, "strands"},
                  {FLAG_FILL, "fill"},
+                 {FLAG_TINT, "tint"},
+                 {FLAG_SHADOW_TINT, "tinted"},
+                 {FLAG_SHADOW_CHANNELS, "channels"},
                  {FLAG_FILTER, "filter"},
                  {FLAG_FILTER_VIEW, "view"},
                  {FLAG_LEAP, "leap"},

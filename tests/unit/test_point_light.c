@@ -132,6 +132,50 @@ static void test_shadow(void **state) {
     }
 }
 
+/* Lights at many places in one cell or another of a slab: what lies behind them, seen from what
+ * they light, takes nothing. Media of a closed form and of voxels; what of the slab's own light is
+ * seen is that of its constant voxels. */
+static void test_within_its_caster(void **state) {
+    (void)state;
+    static const double places[][3] = {
+        {1.3, -0.7, 0.5}, {-0.7, 1.3, 0.5}, {-2, 0.4, 0.2}, {0.4, -2, 0.8}, {0.3, 0.2, 0.5}};
+    static const char *const materials[] = {
+        "'builtin': 'homogeneous', 'extinction': 3",
+        "'builtin': 'fur', 'size': [4, 4, 2], 'growth': 0, 'absorption': 3"};
+    static const char *const paths[] = {"tetra", "slicing"};
+    double worst = 0;
+    for (size_t n = 0; n < 4 * sizeof places / sizeof *places; n++) {
+        const double *at = places[n / 4];
+        struct render_result result;
+        assert_int_equal(
+            support_draw(
+                renderer, &result,
+                "{'image': {'width': 8, 'height': 8, 'samples': 1}, 'camera': {'eye': [%g, %g, "
+                "-0.6], 'target': [%g, %g, -1], 'up': [0, 1, 0], 'fov_y_deg': 80}, 'ambient': [0, "
+                "0, 0], 'lights': [{'position': [%g, %g, %g], 'color': [1, 0, 0], 'shadow': "
+                "true}], 'objects': [{'mesh': {'shape': 'plane', 'size': [8, 8]}, 'color': [1, 1, "
+                "1], 'transform': {'translate': [0, 0, -1]}}, {'shell': {'mesh': {'shape': "
+                "'plane', 'size': [8, 8]}, 'thickness': 1, 'material': {%s}}, 'path': '%s'}]}",
+                at[0], at[1], at[0], at[1], at[0], at[1], at[2], materials[n % 2],
+                paths[n / 2 % 2]),
+            STATUS_OK);
+        for (int y = 0; y < 8; y++)
+            for (int x = 0; x < 8; x++) {
+                double reach = 0.4 * tan(40 * M_PI / 180), h = 1 + at[2];
+                double px = ((x + 0.5) / 4 - 1) * reach, py = (1 - (y + 0.5) / 4) * reach;
+                double d = sqrt(px * px + py * py + h * h);
+                double expected = h / (d * d * d) * exp(-3 * at[2] * d / h);
+                double off = fabs((double)support_pixel(&result, x, y)[0] / expected - 1);
+                worst = fmax(worst, off);
+                if (!(off < 1e-3))
+                    fail_msg("light %zu, %s, %s: off by %.2e of it", n / 4, materials[n % 2],
+                             paths[n / 2 % 2], off);
+            }
+        render_result_finish(&result);
+    }
+    print_message("off by %.1e at most\n", worst);
+}
+
 /* From further and further away the picture is that of a light with a direction. */
 static void test_far_away(void **state) {
     (void)state;
@@ -222,8 +266,11 @@ static void test_refusal(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_plane),   cmocka_unit_test(test_against_the_reference),
-        cmocka_unit_test(test_shadow),  cmocka_unit_test(test_far_away),
+        cmocka_unit_test(test_plane),
+        cmocka_unit_test(test_against_the_reference),
+        cmocka_unit_test(test_shadow),
+        cmocka_unit_test(test_far_away),
+        cmocka_unit_test(test_within_its_caster),
         cmocka_unit_test(test_refusal),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);

@@ -309,6 +309,34 @@ static void test_every_way_alike(void **state) {
     free(first);
 }
 
+/* Light goes through solids from voxel to voxel as the eye does, so the picture is the same at any
+ * number of steps; by equal ones they were 0.041 apart. */
+static void test_solids_at_any_steps(void **state) {
+    (void)state;
+    static const int samples[] = {12, 1200};
+    struct render_result results[2];
+    for (int r = 0; r < 2; r++)
+        assert_int_equal(
+            support_draw(renderer, &results[r],
+                         VIEW(48) "'camera': {'eye': [0, -3, 2], 'fov_y_deg': 40}, 'lights': "
+                                  "[{'direction': [1, 0.5, -1.3], 'shadow': true}], 'shadow': "
+                                  "{'size': 256}, 'objects': [{'shell': {'mesh': {'shape': "
+                                  "'torus', 'divisions': [16, 8]}, 'thickness': 0.3, 'tiles': [6, "
+                                  "3], 'material': {'builtin': 'chain', 'size': [32, 32, 12]}}, "
+                                  "'quality': {'samples': %d}}, {'mesh': {'shape': 'plane', "
+                                  "'size': [4, 4]}, 'transform': {'translate': [0, 0, -0.8]}}]}",
+                         samples[r]),
+            STATUS_OK);
+    double sum = 0;
+    for (int i = 0; i < 4 * 48 * 48; i++)
+        sum += pow((double)results[0].pixels[i] - (double)results[1].pixels[i], 2);
+    double off = sqrt(sum / (4 * 48 * 48));
+    print_message("chain by %d steps and by %d: %.1e\n", samples[0], samples[1], off);
+    assert_true(off < 1e-3);
+    for (int r = 0; r < 2; r++)
+        render_result_finish(&results[r]);
+}
+
 /* What is asked for is drawn or refused, and `resolved` gives the same picture. */
 static void test_size(void **state) {
     (void)state;
@@ -349,6 +377,7 @@ int main(void) {
         cmocka_unit_test(test_limb),
         cmocka_unit_test(test_error_falls_with_the_maps),
         cmocka_unit_test(test_every_way_alike),
+        cmocka_unit_test(test_solids_at_any_steps),
         cmocka_unit_test(test_size),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);

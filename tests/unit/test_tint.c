@@ -1,7 +1,7 @@
 /* Extinction with colours: slabs against the closed form, over opaque surfaces and backgrounds of
  * any alpha, in the reference to 1e-9 and by every way of drawing; three equal factors against one
  * extinction; lit clouds, folds and overlaps against the reference; coloured shadow in the
- * reference; what is refused. */
+ * reference (test_shadow_color.c: by the paths); what is refused. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -31,13 +31,9 @@ static void test_closed_form(void **state) {
         {1e-6, 1e-6, {0, 0, 0}}, {40, 0, {0, 0, 0}},      {1e6, 1e6, {1e5, 1, 1}},
     };
     static const double backgrounds[][4] = {{0, 0, 0, 0}, {0.2, 0.6, 0.8, 0.5}, {0.2, 0.6, 0.8, 1}};
-    static const struct {
-        const char *json;
-        bool draws; /* several draws for each sample */
-    } ways[] = {{"'order': 'walk'", false},
-                {"'order': 'sorted'", true},
-                {"'slices': 37", true},
-                {"'slices': 500, 'method': 'hybrid'", true}};
+    /* All but the first are several draws for each sample. */
+    static const char *const ways[] = {"'order': 'walk'", "'order': 'sorted'", "'slices': 37",
+                                       "'slices': 500, 'method': 'hybrid'"};
     double worst = 0, worst_truth = 0;
     for (size_t r = 0; r < sizeof rows / sizeof *rows; r++)
         for (int variant = 0; variant < 12; variant++) {
@@ -62,8 +58,6 @@ static void test_closed_form(void **state) {
                          sigma);
             for (size_t w = 0; w <= sizeof ways / sizeof *ways; w++) {
                 bool reference = w == sizeof ways / sizeof *ways;
-                if (!reference && ways[w].draws && b < 2)
-                    continue; /* refused: test_refusals */
                 snprintf(json, sizeof json,
                          "{'image': {'width': 4, 'height': 4, 'samples': 1, 'background': [%g, %g, "
                          "%g, %g]}, 'camera': {'eye': [%.17g, 0, 5], 'ortho_height': 0.5}, "
@@ -72,7 +66,7 @@ static void test_closed_form(void **state) {
                          "'absorption': %.17g, 'emission': [%g, %g, %g], " TINT "}}, 'quality': "
                          "{%s}}%s]}",
                          back[0], back[1], back[2], back[3], 5 * sqrt(3), material,
-                         rows[r].absorption, q[0], q[1], q[2], reference ? "" : ways[w].json,
+                         rows[r].absorption, q[0], q[1], q[2], reference ? "" : ways[w],
                          surface ? ", {'mesh': {'shape': 'plane', 'size': [9, 9]}, 'color': [1, 0, "
                                    "0], 'transform': {'translate': [0, 0, -0.5]}}"
                                  : "");
@@ -100,9 +94,9 @@ static void test_closed_form(void **state) {
                         fail_msg("row %zu, variant %d, %s: %.12g %.12g %.12g %.12g, not %.12g "
                                  "%.12g %.12g "
                                  "%.12g",
-                                 r, variant, reference ? "reference" : ways[w].json, pixel[0],
-                                 pixel[1], pixel[2], pixel[3], expected[0], expected[1],
-                                 expected[2], expected[3]);
+                                 r, variant, reference ? "reference" : ways[w], pixel[0], pixel[1],
+                                 pixel[2], pixel[3], expected[0], expected[1], expected[2],
+                                 expected[3]);
                 }
                 if (reference)
                     truth_close(&truth);
@@ -125,8 +119,8 @@ static void test_closed_form(void **state) {
 #define UNLIT  CLOUDS ", 'lit': false"
 #define ASIDE  "'transform': {'translate': [0.3, 0, 0.2]}"
 
-/* RMSE against the reference: second order in the steps, by walks over any background, cells over
- * an opaque one, and joint walks. Bounds: twice what was measured. */
+/* RMSE against the reference: second order in the steps, by walks, cells and slabs over any
+ * background, and joint walks. Bounds: twice what was measured. */
 static void test_against_the_reference(void **state) {
     (void)state;
     static const struct {
@@ -140,6 +134,10 @@ static void test_against_the_reference(void **state) {
                            ", 'quality': {'samples': %d, 'order': 'sorted'}") "]}",
          32, 128, 1, 2e-4},
         {VIEW(LIGHT) SHELL(SPHERE, CLOUDS, ", 'quality': {'slices': %d}") "]}", 100, 400, 1, 2e-4},
+        {VIEW(LIGHT) SHELL(SPHERE, CLOUDS ", 'emission': [0.1, 0, 0.3]",
+                           ", 'quality': {'samples': %d, 'order': 'sorted'}") "]}",
+         32, 128, 0.5, 2e-4},
+        {VIEW(LIGHT) SHELL(SPHERE, CLOUDS, ", 'quality': {'slices': %d}") "]}", 100, 400, 0, 2e-4},
         {VIEW("") SHELL(SPHERE, UNLIT, ", 'quality': {'samples': %1$d}") ", " SHELL(
              SPHERE, "'builtin': 'homogeneous', 'extinction': 1, 'extinction_color': [1, 0.2, 0.1]",
              ", 'quality': {'samples': %1$d}, " ASIDE) "]}",
@@ -183,7 +181,7 @@ static void test_against_the_reference(void **state) {
     }
 }
 
-/* Light through a tinted slab, straight down and back up: the reference alone draws that. */
+/* Light through a tinted slab, straight down and back up, in the reference. */
 static void test_shadow(void **state) {
     (void)state;
     struct truth_fixture truth;
@@ -204,17 +202,63 @@ static void test_shadow(void **state) {
     truth_close(&truth);
 }
 
+/* More shells than can be walked at once are drawn cell by cell: over nothing, where all have one
+ * colour. Over a surface too, which no channel's share of a depth may let through. */
+static void test_many_of_one_color(void **state) {
+    (void)state;
+    static const double k[3] = {0.5, 0.125, 0};
+    for (int surface = 0; surface < 2; surface++) {
+        char shells[4096] = "";
+        for (int i = 0; i < 8; i++)
+            snprintf(shells + strlen(shells), sizeof shells - strlen(shells),
+                     "%s{'shell': {'mesh': {'shape': 'plane', 'size': [3, 3]}, 'thickness': 0.5, "
+                     "'material': {'builtin': 'homogeneous', 'extinction': 0.5, 'color': [0.25, "
+                     "0.5, 1], 'extinction_color': [0.5, 0.125, 0]}}, 'transform': {'translate': "
+                     "[0, 0, %g]}}",
+                     i ? ", " : "", 0.01 * i);
+        struct render_result result;
+        assert_int_equal(
+            support_draw(renderer, &result,
+                         "{'image': {'width': 4, 'height': 4, 'samples': 1, 'background': [0.2, "
+                         "0.6, 0.8, 0.5]}, 'camera': {'eye': [0, 0, 5], 'up': [0, 1, 0], "
+                         "'ortho_height': 0.5}, 'lights': [], 'ambient': [1, 1, 1], 'objects': "
+                         "[%s%s]}",
+                         shells,
+                         surface ? ", {'mesh': {'shape': 'plane', 'size': [9, 9]}, 'color': [1, 0, "
+                                   "0], 'transform': {'translate': [0, 0, -0.5]}}"
+                                 : ""),
+            STATUS_OK);
+        static const double back[3] = {0.1, 0.3, 0.4};
+        double expected[4], mean = 0;
+        for (int i = 0; i < 3; i++) {
+            double through = exp(-k[i] * 0.5 * 0.5 * 8);
+            expected[i] = color[i] * (1 - through);
+            expected[i] += through * (surface ? (i == 0 ? 1 : 0) : back[i]);
+            mean += through / 3;
+        }
+        expected[3] = surface ? 1 : 1 - mean * 0.5;
+        for (int p = 0; p < 16; p++) {
+            double pixel[4];
+            for (int i = 0; i < 4; i++)
+                pixel[i] = (double)result.pixels[4 * p + i];
+            assert_true(off_by(pixel, expected) < 1e-5);
+        }
+        render_result_finish(&result);
+    }
+}
+
 static void test_refusals(void **state) {
     (void)state;
     static const struct {
         const char *json, *pointer;
         enum status status;
     } rows[] = {
-        {"{'lights': [{'shadow': true}], 'objects': [" SHELL(SPHERE, CLOUDS, "") "]}",
-         "/objects/0/shell/material/extinction_color", STATUS_NOT_IMPLEMENTED},
-        {"{'objects': [" SHELL(SPHERE, CLOUDS, ", 'quality': {'order': 'sorted'}") "]}",
-         "/objects/0/shell/material/extinction_color", STATUS_NOT_IMPLEMENTED},
-        {"{'objects': [" SHELL(SPHERE, CLOUDS, ", 'path': 'slicing'") "]}",
+        {"{'objects': [" SHELL(SPHERE, "'builtin': 'fog'",
+                               ", 'quality': {'order': 'sorted'}") ", " SHELL(SPHERE, CLOUDS,
+                                                                              "") "]}",
+         "/objects/1/shell/material/extinction_color", STATUS_NOT_IMPLEMENTED},
+        {"{'objects': [" SHELL(SPHERE, CLOUDS, ", 'path': 'slicing'") ", " SHELL(
+             SPHERE, "'builtin': 'fog', 'extinction_color': [0.1, 0.4, 0.9]", "") "]}",
          "/objects/0/shell/material/extinction_color", STATUS_NOT_IMPLEMENTED},
         {"{'image': {'background': [0, 0, 0, 1]}, 'objects': [" SHELL(
              SPHERE, CLOUDS, ", 'quality': {'slices': 4097}") "]}",
@@ -225,6 +269,8 @@ static void test_refusals(void **state) {
         {"{'objects': [" SHELL(SPHERE, "'builtin': 'fog', 'extinction_color': [1, 1, 2]", "") "]}",
          "/objects/0/shell/material/extinction_color/2", STATUS_INVALID_SCENE},
         {"{'objects': [" SHELL(SPHERE, CLOUDS, "") "]}", NULL, STATUS_OK},
+        {"{'lights': [{'shadow': true}], 'objects': [" SHELL(SPHERE, CLOUDS, "") "]}", NULL,
+         STATUS_OK},
     };
     for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
         char text[2048];
@@ -253,9 +299,8 @@ static void test_refusals(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_form),
-        cmocka_unit_test(test_against_the_reference),
-        cmocka_unit_test(test_shadow),
+        cmocka_unit_test(test_closed_form), cmocka_unit_test(test_against_the_reference),
+        cmocka_unit_test(test_shadow),      cmocka_unit_test(test_many_of_one_color),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);
