@@ -27,6 +27,7 @@
      (((v)&FLAG_OCCLUDED) == 0 || ((v)&FLAG_SOLID) == 0) &&                                        \
      (((v)&FLAG_EXACT) == 0 || ((v)&FLAG_HOMOGENEOUS) == 0) &&                                     \
      (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
+     (((v)&FLAG_LIGHTS) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
      (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
      (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
      (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
@@ -66,7 +67,8 @@
 #define FLAG_SHADOW_MEDIA  0x20000 /* a light throws shadows of media */
 #define FLAG_POINT         0x40000 /* a light stands at a point */
 
-#define FLAG_STRANDS 0x80000 /* a medium is lit by its strands, not by normals */
+#define FLAG_LIGHTS  0x4000000 /* more than one light */
+#define FLAG_STRANDS 0x80000   /* a medium is lit by its strands, not by normals */
 
 #define FLAG_FILL                                                                                  \
     0x400000 /* voxels glow, their shell absorbs or emits, or extinction has colours */

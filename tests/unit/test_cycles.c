@@ -23,7 +23,8 @@ static void draw(struct render_result *result, const char *order, const char *im
         snprintf(bars[k], sizeof bars[k],
                  "{'shell': {'mesh': {'shape': 'plane', 'size': [2, 0.3], 'divisions': [1, 1]}, "
                  "'thickness': 0.1, 'material': {%s, "
-                 "'color': [%s]}}, 'quality': {'order': '%s'}, 'path': 'tetra', 'transform': "
+                 "'color': [%s]}}, 'quality': {'order': '%s', 'samples': 64}, 'path': 'tetra', "
+                 "'transform': "
                  "{'rotate_deg': [0, "
                  "%d, %d], 'translate': [%g, %g, 0]}}",
                  material, colors[k], order, -14, 120 * k, 0.4 * sin(angle), -0.4 * cos(angle));

@@ -209,7 +209,7 @@ static void test_bands(void **state) {
         uint8_t *met = calloc(2 * samples, 1);
         struct entries serial;
         struct overlap overlap;
-        struct overlap_shell one = {shell, &projection, false, false};
+        struct overlap_shell one = {.shell = shell, .projection = &projection};
         assert_int_equal(entries_find(shell, &projection, met, &serial, &err), STATUS_OK);
         assert_int_equal(overlap_find(&one, 1, met + samples, &overlap, &err), STATUS_OK);
         assert_memory_equal(met, met + samples, samples);

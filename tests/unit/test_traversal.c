@@ -103,6 +103,37 @@ static void empty_space_is_not_fetched(void **state) {
     assert_true(10 * adaptive < 7 * fixed);
 }
 
+static double rmse_of(const struct render_result *a, const struct render_result *b) {
+    double sum = 0;
+    for (int i = 0; i < 4 * PIXELS; i++)
+        sum += pow((double)a->pixels[i] - b->pixels[i], 2);
+    return sqrt(sum / (4 * PIXELS));
+}
+
+/* Behind what lets little through a walk takes longer steps, and ends where nothing more is seen;
+ * cells that are drawn one by one do not know what lies before them. Measured: 1.30 M fetches of
+ * theirs 1.68 M, errors 2.3e-4 and 2.2e-4; without longer steps 1.56 M of 1.93 M, 2.2e-4
+ * and 2.2e-4; where cells end no ray, 1.79 M of 2.06 M. */
+static void what_is_hidden_takes_fewer_steps(void **state) {
+    (void)state;
+    struct look look = {0.3, 0.7, {2, 3}, "fur", {64, 64, 32}, 64, "walk", "fixed", NULL};
+    struct look drawn = look, fine = look;
+    drawn.order = "sorted";
+    fine.samples = 1024;
+    uint64_t walked = fetches_of(look, "fixed"), all = fetches_of(drawn, "fixed");
+    struct render_result walk, cells, limit;
+    draw(&look, "none", &walk);
+    draw(&drawn, "none", &cells);
+    draw(&fine, "none", &limit);
+    double error = rmse_of(&walk, &limit), least = rmse_of(&cells, &limit);
+    print_message("walked %llu fetches, error %.3g; drawn %llu, %.3g\n", (unsigned long long)walked,
+                  error, (unsigned long long)all, least);
+    assert_true(100 * walked < 79 * all && error < 1.1 * least);
+    render_result_finish(&walk);
+    render_result_finish(&cells);
+    render_result_finish(&limit);
+}
+
 /* Measured: fixed 4.1e-2 at 16 steps, 1.6e-5 at 4,096; dda 4.9e-3, which is one of 9,216 rays, and
  * at 4 times as many pixels a side nearer than 4,096 steps; adaptive 5.5e-3 at 1,024. */
 static void surfaces_are_found(void **state) {
@@ -189,6 +220,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(media_tend_to_the_truth),
         cmocka_unit_test(empty_space_is_not_fetched),
+        cmocka_unit_test(what_is_hidden_takes_fewer_steps),
         cmocka_unit_test(surfaces_are_found),
         cmocka_unit_test(the_default_depends_on_what_is_there),
         cmocka_unit_test(extremes_end),
