@@ -8,6 +8,12 @@ layout(std140, binding = BINDING_FRAME) uniform Frame {
     vec4 frame[FRAMES * FRAME_VEC4S];
 };
 
+/* A read of a uniform block costs llvmpipe a gather, some 27 instructions a word, even where its index is
+ * a constant, and no compiler takes it out of a loop: so what loops ask for is read here, before them. */
+vec3 frame_size = frame[FRAME_SIZE].xyz; /* voxels along u, v, w */
+vec3 frame_normal_x = frame[FRAME_NORMAL].xyz, frame_normal_y = frame[FRAME_NORMAL + 1].xyz;
+vec3 frame_normal_z = frame[FRAME_NORMAL + 2].xyz;
+
 vec3 ray_origin(vec2 p, int at) {
     return frame[at + FRAME_O0].xyz + p.x * frame[at + FRAME_OU].xyz + p.y * frame[at + FRAME_OV].xyz;
 }
@@ -38,7 +44,7 @@ vec3 world_normal(vec3 gradient, int at) {
 }
 
 vec3 world_normal(vec3 gradient) {
-    return world_normal(gradient, 0);
+    return vec3(dot(frame_normal_x, gradient), dot(frame_normal_y, gradient), dot(frame_normal_z, gradient));
 }
 
 /* Steps that a segment takes for each unit of its length. */

@@ -5,9 +5,11 @@
 
 layout(binding = BINDING_LEAP) uniform sampler3D leap;
 
+float frame_least = 1.0 / frame[FRAME_STEP].z; /* of a segment, that a step takes */
+
 /* Voxels passed along each axis in one unit of f; none where there is one voxel alone. */
 vec3 way_voxels(Way way) {
-    vec3 n = frame[FRAME_SIZE].xyz;
+    vec3 n = frame_size;
     return mix(way_rate(way) * n, vec3(0.0), lessThan(n, vec3(1.5)));
 }
 
@@ -24,12 +26,12 @@ float leap_from(vec3 q, vec3 voxels, float most, float f, out bool empty) {
     /* Planes nearer than a thousandth of a voxel are taken as passed, so that each step gets on. */
     const float passed = 1.0e-3;
     vec3 toward = mix(vec3(-1.0), vec3(1.0), greaterThan(voxels, vec3(0.0)));
-    vec3 ahead = 1.0 - fract(toward * (q * frame[FRAME_SIZE].xyz - 0.5) + passed) + passed;
+    vec3 ahead = 1.0 - fract(toward * (q * frame_size - 0.5) + passed) + passed;
     vec3 crossing = ahead / max(speed, vec3(1.0e-20));
     full = min(full, min(min(crossing.x, crossing.y), crossing.z));
 #endif
     empty = open >= full;
-    return min(max(max(open, full), 1.0 / frame[FRAME_STEP].z), 1.0 - f);
+    return min(max(max(open, full), frame_least), 1.0 - f);
 }
 
 #endif

@@ -43,17 +43,32 @@ const bool by_strand = true;
 #endif
 #endif
 
+/* Read before all loops (common_frame.glsl). One light, without FLAG_LIGHTS, takes no loop of its own. */
+vec3 ambient = frame[FRAME_AMBIENT].rgb;
+#if (VARIANT & FLAGS_PLACE) == 0
+vec3 light_sum = frame[FRAME_LIGHT_SUM].rgb;
+#endif
+#if (VARIANT & FLAG_LIGHTS) == 0
+vec3 only_light = frame[FRAME_LIGHT_DIR].xyz, only_color = frame[FRAME_LIGHT_COLOR].rgb;
+#endif
+
 /* `flat_n`: the normal of the surface itself, where n is interpolated. */
 vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material, vec3 place) {
     vec3 diffuse = vec3(0.0), gloss = vec3(0.0), even = vec3(0.0);
-    int count = int(frame[FRAME_AMBIENT].w), i = 0;
+    int i = 0;
 #if (VARIANT & FLAG_POINT) != 0
     vec3 here = vec3(dot(shadow[SHADOW_WORLD].xyz, place) + shadow[SHADOW_WORLD].w,
                      dot(shadow[SHADOW_WORLD + 1].xyz, place) + shadow[SHADOW_WORLD + 1].w,
                      dot(shadow[SHADOW_WORLD + 2].xyz, place) + shadow[SHADOW_WORLD + 2].w);
 #endif
+#if (VARIANT & FLAG_LIGHTS) != 0
+    int count = int(frame[FRAME_AMBIENT].w);
     do {
         vec3 l = frame[FRAME_LIGHT_DIR + i].xyz, radiance = frame[FRAME_LIGHT_COLOR + i].rgb;
+#else
+    {
+        vec3 l = only_light, radiance = only_color;
+#endif
 #if (VARIANT & FLAG_POINT) != 0
         vec4 point = shadow[SHADOW_POINT + i];
         vec3 to = point.xyz - here;
@@ -86,14 +101,17 @@ vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material
 #endif
         gloss += c > 0.0 ? radiance * pow(max(c, 1.0e-20), material.y) : vec3(0.0);
 #endif
-    } while (++i < min(count, LIGHTS_MAX));
+    }
+#if (VARIANT & FLAG_LIGHTS) != 0
+    while (++i < min(count, LIGHTS_MAX));
+#endif
 #if (VARIANT & FLAGS_PLACE) == 0
-    even = frame[FRAME_LIGHT_SUM].rgb;
+    even = light_sum;
 #endif
 #if (VARIANT & FLAG_STRANDS) != 0
     even *= by_strand ? 3.14159265 : 1.0;
 #endif
-    return color * (frame[FRAME_AMBIENT].rgb + weight * diffuse + (1.0 - weight) * even) +
+    return color * (ambient + weight * diffuse + (1.0 - weight) * even) +
            weight * material.x * gloss;
 }
 

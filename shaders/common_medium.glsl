@@ -48,35 +48,47 @@ float most_left(Ray ray) {
 /* Along one segment; `span` is its length in object units, `v` points toward the viewer. */
 void march(inout Ray ray, inout Way way, float span, vec3 v) {
     /* The bound on the loop is a uniform: a count from interpolants can run away. */
+    float span_scaled = span * frame[FRAME_STEP].y;
+#if (VARIANT & FLAG_TINT) != 0
+    vec3 tint = frame[FRAME_GLOW].yzw;
+    float tint_most = most_of(tint);
+#endif
+#if (VARIANT & FLAG_FILL) != 0
+    vec3 emission = frame[FRAME_FILL].rgb;
+    float glow = frame[FRAME_GLOW].x, absorption = frame[FRAME_FILL].w;
+#endif
+#if (VARIANT & FLAG_AMBIENT) != 0
+    vec3 around = frame[FRAME_AMBIENT].rgb;
+#endif
 #if (VARIANT & FLAG_LEAP) != 0
     /* At where a step begins and how far it goes, as shares of the segment; the sample is in its middle. */
-    float at = 0.0, on;
+    float at = 0.0, most = frame[FRAME_OV].w, on;
     bool empty;
     vec3 begin = way_at(way, 0.0), voxels = way_voxels(way);
     do {
-        on = leap_from(begin, voxels, frame[FRAME_OV].w, at, empty);
+        on = leap_from(begin, voxels, most, at, empty);
         vec3 q = way_at(way, at + 0.5 * on);
         begin = q + 0.5 * on * way_rate(way);
         voxels = way_voxels(way);
-        float length_scaled = span * on * frame[FRAME_STEP].y;
+        float length_scaled = on * span_scaled;
 #define IN_STEP(tau) place_in_step(at / on + 0.5, 1.0 / on, tau)
 #else
-    float steps = clamp(ceil(span * STEP_RATE), 1.0, frame[FRAME_STEP].z);
-    float length_scaled = span / steps * frame[FRAME_STEP].y, i = 0.5;
+    float steps = clamp(ceil(span * STEP_RATE), 1.0, frame[FRAME_STEP].z), i = 0.5;
+    float length_scaled = span_scaled / steps;
     do {
         vec3 q = way_at(way, i / steps);
 #define IN_STEP(tau) place_in_step(i, steps, tau)
 #endif
         vec4 m = medium_at(q); /* extinction-weighted colour, extinction */
-        vec3 source = m.rgb / max(m.a, 1.0e-30);
+        vec3 source = m.rgb * (1.0 / max(m.a, 1.0e-30));
         float tau_i = m.a * length_scaled;
 #if (VARIANT & FLAG_FILL) != 0
-        tau_i += frame[FRAME_FILL].w * length_scaled;
+        tau_i += absorption * length_scaled;
 #endif
 #if (VARIANT & FLAG_TINT) != 0
         /* Light is asked for at one place: where it is right for the channel that loses most. Another is
          * off by what it loses itself. */
-#define TAU_LIT (most_of(frame[FRAME_GLOW].yzw) * tau_i)
+#define TAU_LIT (tint_most * tau_i)
 #else
 #define TAU_LIT tau_i
 #endif
@@ -91,12 +103,12 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         n *= inversesqrt(max(dot(n, n), 1.0e-37));
         source = lit(source, n, v, g / (g + 0.01), IN_STEP(TAU_LIT));
 #elif (VARIANT & FLAG_AMBIENT) != 0
-        source *= frame[FRAME_AMBIENT].rgb;
+        source *= around;
 #endif
 #if (VARIANT & FLAG_TINT) != 0
-        vec3 tint = frame[FRAME_GLOW].yzw, taus = tint * tau_i, lost = ray.left * one_minus_exp(taus);
+        vec3 taus = tint * tau_i, lost = ray.left * one_minus_exp(taus);
 #if (VARIANT & FLAG_FILL) != 0
-        vec3 given = tint * (m.a * source + frame[FRAME_GLOW].x * m.rgb) + frame[FRAME_FILL].rgb;
+        vec3 given = tint * (m.a * source + glow * m.rgb) + emission;
         ray.color += ray.left * length_scaled * mean_exp(taus) * given;
 #else
         ray.color += lost * source;
@@ -104,7 +116,7 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         ray.left -= lost;
         ray.tau += taus;
 #elif (VARIANT & FLAG_FILL) != 0
-        vec3 given = m.a * source + frame[FRAME_GLOW].x * m.rgb + frame[FRAME_FILL].rgb;
+        vec3 given = m.a * source + glow * m.rgb + emission;
         ray.color += ray.left * length_scaled * mean_exp(tau_i) * given;
         ray.left -= ray.left * one_minus_exp(tau_i);
         ray.tau += tau_i;

@@ -10,7 +10,7 @@ mat3 normal_map(vec3 e1, vec3 e2, vec3 e3, vec3 u1, vec3 u2, vec3 u3) {
     g1 = world_normal(g1 * scale);
     g2 = world_normal(g2 * scale);
     g3 = world_normal(g3 * scale);
-    vec3 n = frame[FRAME_SIZE].xyz;
+    vec3 n = frame_size;
     u1 *= n;
     u2 *= n;
     u3 *= n;

@@ -154,12 +154,12 @@ vec3 way_rate(Way way) {
 /* From gradients per voxel to world normals, up to their length, where way_at() was last asked. */
 mat3 way_to_world(Way way) {
     vec3 x = world_normal(way.X), y = world_normal(way.Y), z = world_normal(way.Z);
-    vec3 n = frame[FRAME_SIZE].xyz;
+    vec3 n = frame_size;
     return mat3(n.x * (x * way.du1.x + y * way.du2.x), n.y * (x * way.du1.y + y * way.du2.y), n.z * z);
 }
 
 vec3 way_normal(Way way, vec3 gradient) {
-    vec3 g = gradient * frame[FRAME_SIZE].xyz;
+    vec3 g = gradient * frame_size;
     return world_normal(dot(g.xy, way.du1) * way.X +
                         dot(g.xy, way.du2) * way.Y + g.z * way.Z);
 }

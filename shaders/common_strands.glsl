@@ -33,7 +33,7 @@ vec3 strand_tangent(vec4 s, vec3 G_u, vec3 G_v, vec3 G_w, out float weight) {
 #ifndef SLOTS
 vec3 strand_at(Way way, vec3 q, out float weight) {
     mat3 per_voxel = way_to_world(way);
-    vec3 n = frame[FRAME_SIZE].xyz;
+    vec3 n = frame_size;
     return strand_tangent(texture(strands, q), per_voxel[0] / n.x, per_voxel[1] / n.y,
                           per_voxel[2] / n.z, weight);
 }

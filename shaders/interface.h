@@ -31,6 +31,7 @@
      (((v)&FLAGS_PLACE) == 0 || ((v)&FLAG_LIT) != 0) && ((v)&FLAGS_COLORED) != FLAGS_COLORED &&    \
      (((v)&FLAGS_COLORED) == 0 || ((v)&FLAG_SHADOW_MEDIA) != 0 ||                                  \
       (((known)&FLAG_SHADOW_MEDIA) == 0 && ((v)&FLAG_SOLID) == 0)) &&                              \
+     (((v)&FLAG_LIGHTS) == 0 || ((v)&FLAG_LIT) != 0) &&                                            \
      (((v)&FLAG_FILTER) == 0 || (((v)&FLAG_EXACT) != 0 && ((v)&FLAG_SOLID) == 0)) &&               \
      (((v)&FLAG_FILTER_VIEW) == 0 || ((v)&FLAG_FILTER) != 0) &&                                    \
      (((v)&FLAG_LEAP) == 0 || ((v) & (FLAG_HOMOGENEOUS | FLAG_FILTER)) == 0) &&                    \
@@ -74,7 +75,8 @@
     0x4000000 /* media dim each channel of a light by its own share of one optical depth */
 #define FLAG_SHADOW_CHANNELS 0x20000000 /* or have three of them */
 
-#define FLAG_STRANDS 0x80000 /* a medium is lit by its strands, not by normals */
+#define FLAG_LIGHTS  0x10000000 /* more than one light */
+#define FLAG_STRANDS 0x80000    /* a medium is lit by its strands, not by normals */
 
 #define FLAG_FILL 0x400000 /* voxels glow, or their shell absorbs or emits */
 #define FLAG_TINT 0x4000   /* extinction has colours; resolve: and all media have the same */

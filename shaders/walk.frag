@@ -196,7 +196,7 @@ void main() {
         mat3 to_world = mat3(0.0);
 #if (VARIANT & FLAG_LIT) != 0
         vec3 n1 = world_normal(c1.xyz * c5.w), n2 = world_normal(c2.xyz * c5.w);
-        vec3 n3 = world_normal(c3.xyz * c5.w), size = frame[FRAME_SIZE].xyz;
+        vec3 n3 = world_normal(c3.xyz * c5.w), size = frame_size;
         u1 *= size;
         u2 *= size;
         u3 *= size;

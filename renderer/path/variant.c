@@ -38,7 +38,7 @@ uint32_t variant_of_shell(const struct path_object *object, int lights, bool occ
         flags |= (volume_is_tinted(volume) ? FLAG_TINT : 0) |
                  (!volume->homogeneous && volume_is_filled(volume) ? FLAG_FILL : 0);
     if (variant_needs_normals(object, lights))
-        flags |= FLAG_LIT | object->shadow |
+        flags |= FLAG_LIT | (lights > 1 ? FLAG_LIGHTS : 0) | object->shadow |
                  (volume->specular > 0 ? FLAG_SPECULAR : object->forced & FLAG_SPECULAR) |
                  (volume->strand_lit && !solid ? FLAG_STRANDS : 0);
     else if (is_lit(volume))
@@ -53,6 +53,6 @@ uint32_t variant_in_picture(const struct path_object *object, const struct pictu
 
 uint32_t variant_of_surface(const struct path_object *object, int lights, bool textured) {
     bool lit = lights > 0 || (object->forced & FLAG_LIT);
-    return (lit ? FLAG_LIT | object->shadow : FLAG_AMBIENT) |
+    return (lit ? FLAG_LIT | (lights > 1 ? FLAG_LIGHTS : 0) | object->shadow : FLAG_AMBIENT) |
            (textured ? FLAG_TEXTURED : object->forced & FLAG_TEXTURED);
 }

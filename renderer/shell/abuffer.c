@@ -9,17 +9,24 @@
 #include "renderer/shell/abuffer.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define EXIT_BIAS 1e-9
 
+/* Below this many samples a thread costs more than it gains. */
+enum { THREADS_FROM = 1 << 16 };
+
 struct abuffer {
     int width, height;
     const uint8_t *only; /* NULL: every sample is drawn to */
-    uint32_t *head;
-    struct abuffer_fragment *fragment;
-    uint64_t count, capacity;
+    uint32_t *head;      /* of each sample, the index + 1 in its band; 0: none */
+    struct band {
+        int begin, end; /* rows */
+        struct abuffer_fragment *fragment;
+        uint64_t count, capacity;
+    } band[ABUFFER_BANDS];
 };
 
 struct abuffer *abuffer_create(int width, int height) {
@@ -28,6 +35,10 @@ struct abuffer *abuffer_create(int width, int height) {
         return NULL;
     buffer->width = width;
     buffer->height = height;
+    for (int b = 0; b < ABUFFER_BANDS; b++) {
+        buffer->band[b].begin = (int)((int64_t)height * b / ABUFFER_BANDS);
+        buffer->band[b].end = (int)((int64_t)height * (b + 1) / ABUFFER_BANDS);
+    }
     buffer->head = calloc((size_t)width * (size_t)height, sizeof *buffer->head);
     if (!buffer->head) {
         free(buffer);
@@ -40,7 +51,8 @@ void abuffer_destroy(struct abuffer *buffer) {
     if (!buffer)
         return;
     free(buffer->head);
-    free(buffer->fragment);
+    for (int b = 0; b < ABUFFER_BANDS; b++)
+        free(buffer->band[b].fragment);
     free(buffer);
 }
 
@@ -49,7 +61,19 @@ void abuffer_restrict(struct abuffer *buffer, const uint8_t *only) {
 }
 
 uint64_t abuffer_fragments(const struct abuffer *buffer) {
-    return buffer->count;
+    uint64_t count = 0;
+    for (int b = 0; b < ABUFFER_BANDS; b++)
+        count += buffer->band[b].count;
+    return count;
+}
+
+uint64_t abuffer_band_fragments(const struct abuffer *buffer, int band) {
+    return buffer->band[band].count;
+}
+
+void abuffer_band_rows(const struct abuffer *buffer, int band, int *begin, int *end) {
+    *begin = buffer->band[band].begin;
+    *end = buffer->band[band].end;
 }
 
 void abuffer_mark(const struct abuffer *buffer, uint8_t *met) {
@@ -58,53 +82,107 @@ void abuffer_mark(const struct abuffer *buffer, uint8_t *met) {
         met[i] |= buffer->head[i] != 0;
 }
 
-static bool reserve(struct abuffer *buffer, uint64_t more) {
-    if (buffer->count + more <= buffer->capacity)
+struct band_call {
+    void (*work)(void *user, int band);
+    void *user;
+    int band;
+};
+
+static void *call_band(void *data) {
+    struct band_call *call = data;
+    call->work(call->user, call->band);
+    return NULL;
+}
+
+void abuffer_for_bands(const struct abuffer *buffer, void (*work)(void *user, int band),
+                       void *user) {
+    struct band_call call[ABUFFER_BANDS];
+    pthread_t thread[ABUFFER_BANDS];
+    bool started[ABUFFER_BANDS] = {false};
+    bool large = (size_t)buffer->width * (size_t)buffer->height >= THREADS_FROM;
+    for (int b = 1; b < ABUFFER_BANDS; b++) {
+        call[b] = (struct band_call){work, user, b};
+        started[b] = large && pthread_create(&thread[b], NULL, call_band, &call[b]) == 0;
+    }
+    work(user, 0);
+    for (int b = 1; b < ABUFFER_BANDS; b++)
+        if (started[b])
+            pthread_join(thread[b], NULL);
+        else
+            work(user, b); /* small, or no thread to be had: the same work, later */
+}
+
+static bool reserve(struct band *band, uint64_t more) {
+    if (band->count + more <= band->capacity)
         return true;
-    uint64_t capacity = buffer->capacity ? buffer->capacity * 2 : 1 << 16;
-    while (capacity < buffer->count + more)
+    uint64_t capacity = band->capacity ? band->capacity * 2 : 1 << 15;
+    while (capacity < band->count + more)
         capacity *= 2;
     if (capacity >= UINT32_MAX)
         return false;
-    struct abuffer_fragment *grown = realloc(buffer->fragment, capacity * sizeof *grown);
+    struct abuffer_fragment *grown = realloc(band->fragment, capacity * sizeof *grown);
     if (!grown)
         return false;
-    buffer->fragment = grown;
-    buffer->capacity = capacity;
+    band->fragment = grown;
+    band->capacity = capacity;
     return true;
 }
 
-/* The sample centres y + 1/2 = `row` of a convex polygon's scan line, as a half-open range. */
-static void scan_range(double corner[4][3], int count, double row, double *low, double *high) {
+/* A convex polygon's edges, ordered from the lower end, so that faces sharing an edge share the
+ * crossing to the bit. */
+struct edge {
+    double x, y, top, slope;
+};
+
+static void find_edges(double corner[4][3], int count, struct edge edge[4]) {
+    for (int i = 0; i < count; i++) {
+        const double *a = corner[i], *b = corner[i + 1 < count ? i + 1 : 0];
+        const double *lower = a[1] <= b[1] ? a : b, *upper = a[1] <= b[1] ? b : a;
+        edge[i] = (struct edge){lower[0], lower[1], upper[1],
+                                (upper[0] - lower[0]) / (upper[1] - lower[1])};
+    }
+}
+
+/* The sample centres y + 1/2 = `row` of a polygon's scan line, as a half-open range. */
+static void scan_range(const struct edge edge[4], int count, double row, double *low,
+                       double *high) {
     *low = INFINITY;
     *high = -INFINITY;
     for (int i = 0; i < count; i++) {
-        const double *a = corner[i], *b = corner[(i + 1) % count];
-        /* Half-open in y, and ordered from the lower end, so that faces sharing an edge share the
-         * crossing to the bit. */
-        const double *lower = a[1] <= b[1] ? a : b, *upper = a[1] <= b[1] ? b : a;
-        if (!(lower[1] <= row && row < upper[1]))
+        const struct edge *e = &edge[i];
+        if (!(e->y <= row && row < e->top))
             continue;
-        double x = lower[0] + (row - lower[1]) * ((upper[0] - lower[0]) / (upper[1] - lower[1]));
-        *low = fmin(*low, x);
-        *high = fmax(*high, x);
+        double x = e->x + (row - e->y) * e->slope;
+        *low = x < *low ? x : *low;
+        *high = x > *high ? x : *high;
     }
 }
 
 enum status abuffer_draw(struct abuffer *buffer, const struct projection *projection,
                          const uint32_t vertex[3], uint32_t node, bool enters, struct error *err) {
+    enum status status = STATUS_OK;
+    for (int b = 0; b < ABUFFER_BANDS && status == STATUS_OK; b++)
+        status = abuffer_draw_band(buffer, b, projection, vertex, node, enters, err);
+    return status;
+}
+
+enum status abuffer_draw_band(struct abuffer *buffer, int index,
+                              const struct projection *projection, const uint32_t vertex[3],
+                              uint32_t node, bool enters, struct error *err) {
+    struct band *band = &buffer->band[index];
     double corner[4][3];
     int count = project_face(projection, vertex, corner);
     if (count == 0)
         return STATUS_OK;
     double y_low = INFINITY, y_high = -INFINITY, x_low = INFINITY, x_high = -INFINITY;
     for (int i = 0; i < count; i++) {
-        x_low = fmin(x_low, corner[i][0]);
-        x_high = fmax(x_high, corner[i][0]);
-        y_low = fmin(y_low, corner[i][1]);
-        y_high = fmax(y_high, corner[i][1]);
+        x_low = corner[i][0] < x_low ? corner[i][0] : x_low;
+        x_high = corner[i][0] > x_high ? corner[i][0] : x_high;
+        y_low = corner[i][1] < y_low ? corner[i][1] : y_low;
+        y_high = corner[i][1] > y_high ? corner[i][1] : y_high;
     }
-    double first_y = fmax(0, ceil(y_low - 0.5)), last_y = fmin(buffer->height, ceil(y_high - 0.5));
+    double first_y = fmax(band->begin, ceil(y_low - 0.5));
+    double last_y = fmin(band->end, ceil(y_high - 0.5));
     double first_x = fmax(0, ceil(x_low - 0.5)), last_x = fmin(buffer->width, ceil(x_high - 0.5));
     if (!(first_y < last_y) || !(first_x < last_x))
         return STATUS_OK;
@@ -125,18 +203,23 @@ enum status abuffer_draw(struct abuffer *buffer, const struct projection *projec
     if (area == 0)
         return STATUS_OK;
     uint32_t tag = node << 1 | (enters ? 1 : 0);
+    struct edge edge[4];
+    find_edges(corner, count, edge);
     for (int y = (int)first_y; y < (int)last_y; y++) {
         double low, high;
-        scan_range(corner, count, y + 0.5, &low, &high);
+        scan_range(edge, count, y + 0.5, &low, &high);
         if (!(low < high))
             continue;
-        int begin = (int)fmax(first_x, ceil(low - 0.5)), end = (int)fmin(last_x, ceil(high - 0.5));
+        low = ceil(low - 0.5);
+        high = ceil(high - 0.5);
+        int begin = (int)(low > first_x ? low : first_x);
+        int end = (int)(high < last_x ? high : last_x);
         if (begin >= end)
             continue;
-        if (!reserve(buffer, (uint64_t)(end - begin)))
+        if (!reserve(band, (uint64_t)(end - begin)))
             return error_fault(err, STATUS_OUT_OF_MEMORY, NULL,
                                "no memory for the A-buffer past %llu fragments",
-                               (unsigned long long)buffer->count);
+                               (unsigned long long)band->count);
         uint32_t *head = buffer->head + (size_t)y * (size_t)buffer->width;
         double key =
             corner[0][2] + slope_y * (y + 0.5 - corner[0][1]) - slope_x * (corner[0][0] - 0.5);
@@ -148,8 +231,8 @@ enum status abuffer_draw(struct abuffer *buffer, const struct projection *projec
             double k = key + slope_x * x;
             if (!enters)
                 k -= EXIT_BIAS * fabs(k);
-            buffer->fragment[buffer->count] = (struct abuffer_fragment){k, tag, head[x]};
-            head[x] = (uint32_t)++buffer->count;
+            band->fragment[band->count] = (struct abuffer_fragment){k, tag, head[x]};
+            head[x] = (uint32_t)++band->count;
         }
     }
     return STATUS_OK;
@@ -181,7 +264,14 @@ static bool relate(struct relations *relations, uint32_t front, uint32_t back) {
 
 bool abuffer_gather(const struct abuffer *buffer, size_t pixel, struct abuffer_list *list) {
     list->count = 0;
-    for (uint32_t at = buffer->head[pixel]; at; at = buffer->fragment[at - 1].next) {
+    uint32_t at = buffer->head[pixel];
+    if (!at)
+        return true;
+    int index = 0;
+    while (pixel >= (size_t)buffer->band[index].end * (size_t)buffer->width)
+        index++;
+    const struct abuffer_fragment *fragment = buffer->band[index].fragment;
+    for (; at; at = fragment[at - 1].next) {
         if (list->count == list->capacity) {
             size_t capacity = list->capacity ? 2 * list->capacity : 64;
             struct abuffer_fragment *grown = realloc(list->fragment, capacity * sizeof *grown);
@@ -190,7 +280,7 @@ bool abuffer_gather(const struct abuffer *buffer, size_t pixel, struct abuffer_l
             list->fragment = grown;
             list->capacity = capacity;
         }
-        list->fragment[list->count++] = buffer->fragment[at - 1];
+        list->fragment[list->count++] = fragment[at - 1];
     }
     if (list->count > 32) {
         qsort(list->fragment, list->count, sizeof *list->fragment, nearer);
@@ -255,7 +345,7 @@ enum status abuffer_entries(struct abuffer *buffer, uint32_t **first, uint32_t *
     struct abuffer_list list = {0};
     size_t pixels = (size_t)buffer->width * (size_t)buffer->height, used = 0;
     *first = malloc((pixels + 1) * sizeof **first);
-    *entry = malloc((buffer->count + 1) * sizeof **entry);
+    *entry = malloc((abuffer_fragments(buffer) + 1) * sizeof **entry);
     bool good = *first && *entry;
     for (size_t pixel = 0; good && pixel < pixels; pixel++) {
         (*first)[pixel] = (uint32_t)used;

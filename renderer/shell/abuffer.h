@@ -41,6 +41,19 @@ void abuffer_destroy(struct abuffer *buffer); /* takes NULL */
 enum status abuffer_draw(struct abuffer *buffer, const struct projection *projection,
                          const uint32_t vertex[3], uint32_t node, bool enters, struct error *err);
 
+/* The rows of the buffer in ABUFFER_BANDS parts, each of which one thread at a time may draw to. */
+enum { ABUFFER_BANDS = 2 };
+enum status abuffer_draw_band(struct abuffer *buffer, int band, const struct projection *projection,
+                              const uint32_t vertex[3], uint32_t node, bool enters,
+                              struct error *err);
+void abuffer_band_rows(const struct abuffer *buffer, int band, int *begin, int *end);
+uint64_t abuffer_band_fragments(const struct abuffer *buffer, int band);
+
+/* Calls work(user, band) for each band, those of large buffers at once on threads of their own, and
+ * returns when all are done. */
+void abuffer_for_bands(const struct abuffer *buffer, void (*work)(void *user, int band),
+                       void *user);
+
 /* From now on only samples with only[sample] != 0 are drawn to (bottom row first; NULL: all). The
  * array is read while drawing. */
 void abuffer_restrict(struct abuffer *buffer, const uint8_t *only);

@@ -161,26 +161,50 @@ bool entries_find_eye(const struct shell *shell, const struct projection *projec
     return true;
 }
 
-enum status entries_draw(const struct shell *shell, const struct projection *projection,
-                         const struct eye_cells *cells, uint32_t first_cell, bool enters,
-                         struct abuffer *buffer, struct error *err) {
-    const struct view *view = &projection->view;
+struct drawing {
+    const struct shell *shell;
+    const struct projection *projection;
+    const struct eye_cells *cells;
+    uint32_t first_cell;
+    bool enters;
+    struct abuffer *buffer;
+    enum status status[ABUFFER_BANDS];
+};
+
+static void draw_band(void *user, int band) {
+    struct drawing *drawing = user;
+    const struct shell *shell = drawing->shell;
+    const struct view *view = &drawing->projection->view;
+    bool enters = drawing->enters;
     double eye[3];
     eye_of(view, eye);
-    enum status status = STATUS_OK;
-    for (uint32_t t = 0; t < shell->tetra_count && status == STATUS_OK; t++)
-        for (uint32_t k = 0; k < 4 && status == STATUS_OK; k++) {
+    enum status *status = &drawing->status[band];
+    for (uint32_t t = 0; t < shell->tetra_count && *status == STATUS_OK; t++)
+        for (uint32_t k = 0; k < 4 && *status == STATUS_OK; k++) {
             if (shell->neighbour[t][k] != SHELL_NONE)
                 continue;
             int side = sort_eye_side(shell, eye, view->orthographic, t, (int)k);
-            if ((enters ? side >= 0 : side <= 0) || (enters && is_touched(cells, t, k)))
+            if ((enters ? side >= 0 : side <= 0) || (enters && is_touched(drawing->cells, t, k)))
                 continue;
             uint32_t face[3];
             for (uint32_t v = 0; v < 3; v++)
                 face[v] = shell->tetra[t][(k + 1 + v) & 3];
-            status = abuffer_draw(buffer, projection, face, (first_cell + t) << 2 | k, enters, err);
+            *status = abuffer_draw_band(drawing->buffer, band, drawing->projection, face,
+                                        (drawing->first_cell + t) << 2 | k, enters, NULL);
         }
-    return status;
+}
+
+enum status entries_draw(const struct shell *shell, const struct projection *projection,
+                         const struct eye_cells *cells, uint32_t first_cell, bool enters,
+                         struct abuffer *buffer, struct error *err) {
+    struct drawing drawing = {shell, projection, cells, first_cell, enters, buffer, {STATUS_OK}};
+    abuffer_for_bands(buffer, draw_band, &drawing);
+    for (int b = 0; b < ABUFFER_BANDS; b++)
+        if (drawing.status[b] != STATUS_OK)
+            return error_fault(err, drawing.status[b], NULL,
+                               "no memory for the A-buffer past %llu fragments",
+                               (unsigned long long)abuffer_fragments(buffer));
+    return STATUS_OK;
 }
 
 enum status entries_find(const struct shell *shell, const struct projection *projection,

@@ -31,13 +31,16 @@ struct scan {
     struct eye_cells eye[OVERLAP_SHELLS_MAX]; /* where the eye stands */
     size_t guess[OVERLAP_SHELLS_MAX];
     uint32_t starts[OVERLAP_SHELLS_MAX], all_starts;
-    uint64_t fragments[OVERLAP_SHELLS_MAX]; /* entries of each */
+    uint64_t fragments[OVERLAP_SHELLS_MAX]; /* entries of each, and those in the first bands */
+    uint64_t below[OVERLAP_SHELLS_MAX][ABUFFER_BANDS];
     struct entries entries[OVERLAP_SHELLS_MAX];
     uint8_t *candidate; /* samples where more than one stretch may be seen */
     uint64_t
         before[OVERLAP_SHELLS_MAX]; /* bits: shells that end, somewhere, after this one begins */
     uint32_t depth[OVERLAP_SHELLS_MAX]; /* most stretches of each that are open at once */
     int deepest;
+    bool any;    /* candidates */
+    bool failed; /* memory ran out */
 };
 
 static uint32_t shell_of(const struct scan *scan, uint32_t node) {
@@ -97,24 +100,23 @@ static bool gather(struct scan *scan, size_t sample) {
     return true;
 }
 
-/* Every shell's entries, sample by sample, and the samples where more than one may be seen. */
-static enum status read_entries(struct scan *scan, bool *any, struct error *err) {
-    size_t samples = sample_count(scan);
-    for (uint32_t s = 0; s < scan->count; s++) {
-        struct entries *entries = &scan->entries[s];
-        entries->first = malloc((samples + 1) * sizeof *entries->first);
-        entries->entry = malloc((entries_most(scan, s) + 1) * sizeof *entries->entry);
-        if (!entries->first || !entries->entry)
-            return out_of_memory(err);
+/* Copies for the threads of the A-buffer's bands; NULL where memory ran out. */
+static struct scan *make_parts(const struct scan *scan) {
+    struct scan *part = calloc(ABUFFER_BANDS, sizeof *part);
+    for (int b = 0; b < ABUFFER_BANDS && part; b++) {
+        part[b] = *scan;
+        part[b].list = (struct abuffer_list){0};
     }
-    scan->candidate = calloc(samples + 1, 1);
-    if (!scan->candidate)
-        return out_of_memory(err);
-    for (size_t p = 0; p < samples; p++) {
+    return part;
+}
+
+/* The entries of the samples from `begin` on. */
+static bool read_samples(struct scan *scan, size_t begin, size_t end) {
+    for (size_t p = begin; p < end; p++) {
         for (uint32_t s = 0; s < scan->count; s++)
             scan->entries[s].first[p] = (uint32_t)scan->entries[s].count;
         if (!gather(scan, p))
-            return out_of_memory(err);
+            return false;
         uint32_t seen = scan->all_starts;
         bool hidden = false;
         for (size_t i = 0; i < scan->list.count; i++) {
@@ -126,8 +128,62 @@ static enum status read_entries(struct scan *scan, bool *any, struct error *err)
             seen += !hidden;
         }
         scan->candidate[p] = seen > 1;
-        *any = *any || seen > 1;
+        scan->any = scan->any || seen > 1;
     }
+    return true;
+}
+
+static void band_samples(const struct scan *scan, int band, size_t *begin, size_t *end) {
+    int rows[2];
+    abuffer_band_rows(scan->buffer, band, &rows[0], &rows[1]);
+    *begin = (size_t)rows[0] * (size_t)scan->width;
+    *end = (size_t)rows[1] * (size_t)scan->width;
+}
+
+static void read_band(void *user, int band) {
+    struct scan *scan = (struct scan *)user + band;
+    size_t begin, end;
+    band_samples(scan, band, &begin, &end);
+    scan->failed = !read_samples(scan, begin, end);
+    free(scan->list.fragment);
+}
+
+/* Each band's entries begin where those of the bands below it end. */
+static bool read_bands(struct scan *scan) {
+    struct scan *part = make_parts(scan);
+    if (!part)
+        return false;
+    for (int b = 0; b < ABUFFER_BANDS; b++)
+        for (uint32_t s = 0; s < scan->count; s++)
+            part[b].entries[s].count = scan->below[s][b];
+    abuffer_for_bands(scan->buffer, read_band, part);
+    for (int b = 0; b < ABUFFER_BANDS; b++) {
+        scan->failed = scan->failed || part[b].failed;
+        scan->any = scan->any || part[b].any;
+    }
+    for (uint32_t s = 0; s < scan->count; s++)
+        scan->entries[s].count = scan->fragments[s];
+    free(part);
+    return !scan->failed;
+}
+
+/* Every shell's entries, sample by sample, and the samples where more than one may be seen. */
+static enum status read_entries(struct scan *scan, struct error *err) {
+    size_t samples = sample_count(scan);
+    bool at_eye = false; /* entries that are no fragments */
+    for (uint32_t s = 0; s < scan->count; s++) {
+        struct entries *entries = &scan->entries[s];
+        entries->first = malloc((samples + 1) * sizeof *entries->first);
+        entries->entry = malloc((entries_most(scan, s) + 1) * sizeof *entries->entry);
+        if (!entries->first || !entries->entry)
+            return out_of_memory(err);
+        at_eye = at_eye || scan->eye[s].count > 0;
+    }
+    scan->candidate = calloc(samples + 1, 1);
+    if (!scan->candidate)
+        return out_of_memory(err);
+    if (!(at_eye ? read_samples(scan, 0, samples) : read_bands(scan)))
+        return out_of_memory(err);
     for (uint32_t s = 0; s < scan->count; s++)
         scan->entries[s].first[samples] = (uint32_t)scan->entries[s].count;
     return STATUS_OK;
@@ -190,6 +246,34 @@ static bool follow(struct scan *scan, size_t sample, struct meeting *meeting) {
             scan->deepest = (int)all_open;
     }
     return true;
+}
+
+static void follow_band(void *user, int band) {
+    struct scan *scan = (struct scan *)user + band;
+    size_t begin, end;
+    band_samples(scan, band, &begin, &end);
+    struct meeting meeting;
+    for (size_t p = begin; p < end && !scan->failed; p++)
+        scan->failed = scan->candidate[p] && !follow(scan, p, &meeting);
+    free(scan->list.fragment);
+}
+
+/* All candidates. */
+static bool follow_all(struct scan *scan) {
+    struct scan *part = make_parts(scan);
+    if (!part)
+        return false;
+    abuffer_for_bands(scan->buffer, follow_band, part);
+    for (int b = 0; b < ABUFFER_BANDS; b++) {
+        scan->failed = scan->failed || part[b].failed;
+        scan->deepest = part[b].deepest > scan->deepest ? part[b].deepest : scan->deepest;
+        for (uint32_t s = 0; s < scan->count; s++) {
+            scan->before[s] |= part[b].before[s];
+            scan->depth[s] = part[b].depth[s] > scan->depth[s] ? part[b].depth[s] : scan->depth[s];
+        }
+    }
+    free(part);
+    return !scan->failed;
 }
 
 /* `before` made transitive (Warshall 1962). */
@@ -425,11 +509,16 @@ static enum status make_draws(struct scan *scan, struct overlap *overlap, struct
 static enum status draw_faces(struct scan *scan, bool enters, struct error *err) {
     enum status status = STATUS_OK;
     for (uint32_t s = 0; s < scan->count && status == STATUS_OK; s++) {
-        uint64_t before = abuffer_fragments(scan->buffer);
+        uint64_t before[ABUFFER_BANDS], below = 0;
+        for (int b = 0; b < ABUFFER_BANDS; b++)
+            before[b] = abuffer_band_fragments(scan->buffer, b);
         status = entries_draw(scan->shells[s].shell, scan->shells[s].projection, &scan->eye[s],
                               scan->first_cell[s], enters, scan->buffer, err);
-        if (enters)
-            scan->fragments[s] = abuffer_fragments(scan->buffer) - before;
+        for (int b = 0; b < ABUFFER_BANDS && enters; b++) {
+            scan->below[s][b] = below;
+            below += abuffer_band_fragments(scan->buffer, b) - before[b];
+            scan->fragments[s] = below;
+        }
     }
     return status;
 }
@@ -454,7 +543,7 @@ enum status overlap_find(const struct overlap_shell *shells, uint32_t count, uin
     overlap->draw = calloc(2 * (size_t)count, sizeof *overlap->draw);
     enum status status = scan->buffer && overlap->draw ? STATUS_OK : out_of_memory(err);
     uint64_t cells = 0;
-    bool any = false, at_eye = false;
+    bool at_eye = false;
     for (uint32_t s = 0; s < count && status == STATUS_OK; s++) {
         cells += shells[s].shell->tetra_count;
         if (cells >= 1u << 27) /* ENTRY_WORD */
@@ -471,18 +560,16 @@ enum status overlap_find(const struct overlap_shell *shells, uint32_t count, uin
     if (status == STATUS_OK)
         status = draw_faces(scan, true, err);
     if (status == STATUS_OK)
-        status = read_entries(scan, &any, err);
+        status = read_entries(scan, err);
     if (status == STATUS_OK && met && at_eye)
         memset(met, 1, sample_count(scan));
     else if (status == STATUS_OK && met)
         abuffer_mark(scan->buffer, met);
-    if (status == STATUS_OK && any) {
+    if (status == STATUS_OK && scan->any) {
         abuffer_restrict(scan->buffer, scan->candidate);
         status = draw_faces(scan, false, err);
-        struct meeting meeting;
-        for (size_t p = 0; p < sample_count(scan) && status == STATUS_OK; p++)
-            if (scan->candidate[p] && !follow(scan, p, &meeting))
-                status = out_of_memory(err);
+        if (status == STATUS_OK && !follow_all(scan))
+            status = out_of_memory(err);
     }
     if (status == STATUS_OK) {
         close_relation(scan);

@@ -24,6 +24,7 @@ enum { PART_COUNT = sizeof parts / sizeof *parts };
 #define VIEW(samples, beside)                                                                      \
     "{'image': {'width': 24, 'height': 24, 'samples': " samples "}, " beside "'objects': ["
 #define ONE  VIEW("1", "")
+#define TWO  VIEW("1", "'lights': [{'direction': [1, 1, -1]}, {'direction': [-1, 1, -1]}], ")
 #define CAST VIEW("1", "'lights': [{'shadow': true}], ")
 #define DIM  VIEW("1", "'lights': [], 'ambient': [1, 1, 1], ")
 #define FAR  VIEW("1", "'camera': {'eye': [0, -60, 0], 'fov_y_deg': 3}, ")
@@ -73,6 +74,8 @@ static const struct row rows[] = {
      "entries solid exact-map resolve depth voxels leap", "WALK:solid+exact+leap+dda RESOLVE:"},
     {ONE SHELL(SPHERE, FUR, "") END, "entries exact-map media resolve voxels light gradients",
      "WALK:medium+lit+exact RESOLVE:"},
+    {TWO SHELL(SPHERE, FUR, "") END, "entries exact-map media resolve voxels light gradients",
+     "WALK:medium+lit+lights+exact RESOLVE:"},
     {ONE SHELL(SPHERE, FUR ", 'lit': false", "") END, "entries exact-map media resolve voxels",
      "WALK:medium+exact RESOLVE:"},
     {DIM SHELL(SPHERE, FUR, "") END, "entries exact-map media resolve voxels ambient",
@@ -241,6 +244,7 @@ static void list_variants(const struct renderer *renderer, size_t from, char *te
                  {FLAG_SOLID, "solid"},
                  {FLAG_HOMOGENEOUS, "homogeneous"},
                  {FLAG_LIT, "lit"},
+                 {FLAG_LIGHTS, "lights"},
                  {FLAG_AMBIENT, "ambient"},
                  {FLAG_SPECULAR, "specular"},
                  {FLAG_OCCLUDED, "occluded"},

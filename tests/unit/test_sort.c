@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "renderer/shell/abuffer.h"
+#include "renderer/shell/overlap.h"
 #include "renderer/shell/sort.h"
 #include "tests/unit/campfire.h"
 #include "tests/unit/ray_fixture.h"
@@ -187,6 +188,47 @@ static void test_thin(void **state) {
     }
 }
 
+/* Bands of a large A-buffer are read by threads, each of which must begin where those below it end:
+ * the same entries as those read sample by sample. */
+static void test_bands(void **state) {
+    (void)state;
+    const struct scene_mesh spec = {
+        .kind = SCENE_MESH_TORUS, .radius = 1, .tube = 0.4, .divisions = {20, 10}};
+    const double tiles[2] = {1, 1}, eye[3] = {0, -3, 2.2};
+    struct mesh_cache *meshes = mesh_cache_create(1 << 24);
+    struct error err = {0};
+    const struct mesh *mesh;
+    struct shell *shell;
+    assert_int_equal(mesh_acquire(meshes, &spec, false, "", NULL, &mesh, &err), STATUS_OK);
+    assert_int_equal(shell_build(mesh, 0.15, tiles, "", &shell, &err), STATUS_OK);
+    static const int sides[] = {1, 3, 301};
+    for (int i = 0; i < 3; i++) {
+        struct projection projection;
+        look_at(shell, eye, false, sides[i], &projection);
+        size_t samples = (size_t)sides[i] * (size_t)sides[i];
+        uint8_t *met = calloc(2 * samples, 1);
+        struct entries serial;
+        struct overlap overlap;
+        struct overlap_shell one = {.shell = shell, .projection = &projection};
+        assert_int_equal(entries_find(shell, &projection, met, &serial, &err), STATUS_OK);
+        assert_int_equal(overlap_find(&one, 1, met + samples, &overlap, &err), STATUS_OK);
+        assert_memory_equal(met, met + samples, samples);
+        assert_int_equal(overlap.draw_count, 1);
+        const struct entries *banded = &overlap.draw[0].entries;
+        assert_true(sides[i] < 9 || serial.first[samples] > samples / 2);
+        assert_int_equal(banded->count, serial.count);
+        assert_memory_equal(banded->first, serial.first, (samples + 1) * sizeof *serial.first);
+        assert_memory_equal(banded->entry, serial.entry, serial.count * sizeof *serial.entry);
+        overlap_finish(&overlap);
+        entries_finish(&serial);
+        free(met);
+        projection_finish(&projection);
+    }
+    shell_destroy(shell);
+    mesh_release(meshes, mesh);
+    mesh_cache_destroy(meshes);
+}
+
 static void test_nothing(void **state) {
     (void)state;
     struct shell shell = {0};
@@ -206,7 +248,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_order),      cmocka_unit_test(test_cycle),
         cmocka_unit_test(test_two_shells), cmocka_unit_test(test_thin),
-        cmocka_unit_test(test_nothing),
+        cmocka_unit_test(test_bands),      cmocka_unit_test(test_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
