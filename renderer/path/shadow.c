@@ -13,12 +13,6 @@
 #include "renderer/path/variant.h"
 #include "renderer/shell/precision.h"
 
-/* A map's size where the scene leaves it open; its slices. */
-enum { SIDE_MIN = 256, SIDE_MAX = 1024, SLICES = 12 };
-
-/* Of a texture, which every GL 4.5 has. */
-enum { ARRAY_LAYERS = 2048 };
-
 /* Stands for "nothing there": farther than any depth, and finite. */
 static const float FAR_AWAY = 1e30f;
 
@@ -37,138 +31,6 @@ struct shadow_pass {
     struct prism_maps prisms;
     struct outlines outlines;
 };
-
-/* ---- what is needed ---- */
-
-static bool throws(const struct scene_light *light) {
-    return light->shadow && (light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0);
-}
-
-/* Of optical depths, in a view. */
-static int layers_of(const struct shadow_need *need) {
-    return need->channels ? 3 * need->layers : need->layers;
-}
-
-static bool is_tinted(const struct shadow_need *need) {
-    return need->media && !need->channels &&
-           (need->tint[0] != 1 || need->tint[1] != 1 || need->tint[2] != 1);
-}
-
-/* The colour of all extinction that throws shadows, or that there are several. */
-static void choose_tint(const struct path_object *objects, size_t count, struct shadow_need *need) {
-    for (int i = 0; i < 3; i++)
-        need->tint[i] = 1;
-    need->channels = false;
-    bool any = false;
-    for (size_t n = 0; n < count; n++) {
-        if (!objects[n].shell || !volume_has_medium(objects[n].volume))
-            continue;
-        const double *tint = objects[n].volume->tint;
-        for (int i = 0; i < 3; i++) {
-            need->channels |= any && tint[i] != need->tint[i];
-            need->tint[i] = tint[i];
-        }
-        any = true;
-    }
-}
-
-static uint64_t bytes_of(const struct shadow_need *need, int size) {
-    uint64_t layers = (need->opaque ? 1 : 0) + (need->media ? 1 + (uint64_t)layers_of(need) : 0);
-    return (uint64_t)size * (uint64_t)size * 16 * (layers * (uint64_t)need->views + 1);
-}
-
-/* fp32 holds places in the scene to some of its radius: a light and a corner that are this near may
- * be one. */
-static const double AT_VERTEX = 3e-7;
-
-static enum status count_views(const struct scene *scene, size_t k,
-                               const struct path_object *objects, size_t count,
-                               struct shadow_need *need, struct error *err) {
-    const struct scene_light *light = &scene->lights[k];
-    need->count++;
-    if (!light->point) {
-        need->view[k][0] = need->views++;
-        return STATUS_OK;
-    }
-    double low[3], high[3], radius = 0;
-    light_view_bounds(objects, count, light->position, low, high);
-    for (int i = 0; i < 3; i++)
-        radius += (high[i] - low[i]) * (high[i] - low[i]) / 4;
-    if (light_view_at_vertex(objects, count, light->position, AT_VERTEX * sqrt(radius))) {
-        char pointer[48];
-        snprintf(pointer, sizeof pointer, "/lights/%zu/position", k);
-        return error_fault(err, STATUS_NOT_IMPLEMENTED, pointer,
-                           "a light that throws shadows stands at a corner of a shell: a millionth "
-                           "of the scene beside it, it can be drawn");
-    }
-    for (int face = 0; face < SHADOW_FACES; face++)
-        if (light_view_meets(low, high, face))
-            need->view[k][face] = need->views++;
-    return STATUS_OK;
-}
-
-enum status shadow_choose(struct scene *scene, struct path_object *objects, size_t count,
-                          bool forced, struct shadow_need *need, struct error *err) {
-    memset(need, 0, sizeof *need);
-    bool lit = false;
-    for (size_t i = 0; i < count; i++) {
-        const struct path_object *object = &objects[i];
-        bool wanted = surface_wanted(object->object);
-        need->opaque |= wanted || (object->shell && volume_has_solid(object->volume));
-        need->media |= object->shell && volume_has_medium(object->volume);
-        lit |= wanted || (object->shell && path_object_drawn(object) &&
-                          variant_needs_normals(object, (int)scene->light_count));
-    }
-    for (size_t k = 0; k < scene->light_count; k++) {
-        need->points |= lit && scene->lights[k].point;
-        for (int face = 0; face < SHADOW_FACES; face++)
-            need->view[k][face] = -1;
-        if (!lit || !throws(&scene->lights[k]))
-            continue;
-        enum status status = count_views(scene, k, objects, count, need, err);
-        if (status != STATUS_OK)
-            return status;
-    }
-    if (need->count == 0 && forced && scene->light_count > 0)
-        need->count = need->views = 1;
-    for (size_t i = 0; i < count; i++)
-        objects[i].shadow = need->points ? (uint32_t)FLAG_POINT : 0;
-    if (need->count == 0)
-        return STATUS_OK;
-    need->layers =
-        SHADOW_LAYERS * (int)ceil((scene->shadow.slices ? scene->shadow.slices : SLICES) / 12.0);
-    choose_tint(objects, count, need);
-    need->size = scene->shadow.size;
-    if (!need->size) {
-        int longer =
-            scene->image.width > scene->image.height ? scene->image.width : scene->image.height;
-        need->size = longer < SIDE_MIN ? SIDE_MIN : longer > SIDE_MAX ? SIDE_MAX : longer;
-        while (bytes_of(need, need->size) > SHADOW_BYTES_MAX)
-            need->size = need->size * 7 / 8;
-    }
-    if (bytes_of(need, need->size) > SHADOW_BYTES_MAX)
-        return error_fault(err, STATUS_TOO_COMPLEX, "/shadow/size",
-                           "maps of %d x %d with %d slices for %d views of lights: %llu MiB, at "
-                           "most %d",
-                           need->size, need->size, 3 * need->layers, need->views,
-                           (unsigned long long)(bytes_of(need, need->size) >> 20),
-                           SHADOW_BYTES_MAX >> 20);
-    if (layers_of(need) * need->views > ARRAY_LAYERS)
-        return error_fault(err, STATUS_TOO_COMPLEX, "/shadow/slices",
-                           "%d slices of three optical depths for %d views of lights: %d layers, "
-                           "and a GL need not have more than %d",
-                           3 * need->layers, need->views, layers_of(need) * need->views,
-                           ARRAY_LAYERS);
-    scene->shadow.size = need->size;
-    scene->shadow.slices = need->media ? 3 * need->layers : 0;
-    for (size_t i = 0; i < count; i++)
-        objects[i].shadow |= (need->opaque ? (uint32_t)FLAG_SHADOW_OPAQUE : 0) |
-                             (need->media ? (uint32_t)FLAG_SHADOW_MEDIA : 0) |
-                             (need->channels    ? (uint32_t)FLAG_SHADOW_CHANNELS
-                              : is_tinted(need) ? (uint32_t)FLAG_SHADOW_TINT
-                                                : 0);
-    return STATUS_OK;
-}
 
 static double dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -217,8 +79,8 @@ static enum status size_maps(struct shadow_maps *maps, const struct shadow_need 
     }
     if (need->media) {
         maps->ranges = make_map(GL_TEXTURE_2D_ARRAY, GL_RG32F, need->size, need->views);
-        maps->depths =
-            make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size, need->views * layers_of(need));
+        maps->depths = make_map(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, need->size,
+                                need->views * shadow_map_layers(need));
     }
     GLint bits = 4; /* what GL guarantees */
     glGetIntegerv(GL_SUBPIXEL_BITS, &bits);
@@ -328,7 +190,7 @@ static void begin_media(const struct picture *picture, GLuint depth, GLenum equa
 static enum status draw_media(struct shadow_pass *pass, struct picture *picture, int light,
                               struct error *err) {
     struct shadow_maps *maps = &pass->maps;
-    int layers = layers_of(&maps->need), slices[3] = {3 * maps->need.layers, 0, light};
+    int layers = shadow_map_layers(&maps->need), slices[3] = {3 * maps->need.layers, 0, light};
     int at_once = maps->need.channels ? SHADOW_CHANNEL_LAYERS : SHADOW_LAYERS;
     enum status status = outline(pass, picture, false, err);
     aim(maps, maps->ranges, light, 1);
@@ -570,7 +432,7 @@ void shadow_bind(const struct picture *picture, const struct view *view,
     float rows[SHADOW_VIEW + VIEWS * SHADOW_ROWS + 1][4];
     size_t used = SHADOW_VIEW + (maps->need.points ? VIEWS : SHADOW_VIEWS) * SHADOW_ROWS;
     memset(rows, 0, used * sizeof *rows);
-    if (is_tinted(&maps->need))
+    if (shadow_is_tinted(&maps->need))
         set_row(rows[used++], maps->need.tint, 1, 0);
     double size = maps->need.size;
     rows[0][0] = (float)size;

@@ -30,6 +30,16 @@ struct shadow_need {
     int view[LIGHTS_MAX][SHADOW_FACES];
 };
 
+/* Of optical depths, in a view. */
+static inline int shadow_map_layers(const struct shadow_need *need) {
+    return need->channels ? 3 * need->layers : need->layers;
+}
+
+static inline bool shadow_is_tinted(const struct shadow_need *need) {
+    return need->media && !need->channels &&
+           (need->tint[0] != 1 || need->tint[1] != 1 || need->tint[2] != 1);
+}
+
 /* Decides by the scene and its objects, sets path_object.shadow of all of them and scene->shadow.
  * `forced` (for measuring alone): maps for the first light although it throws no shadow, and all
  * that asks them. STATUS_TOO_COMPLEX where the scene asks for more than SHADOW_BYTES_MAX. */
