@@ -44,8 +44,8 @@ static uint32_t variant_of(const struct joint *joint, const struct picture *pict
     flags |= (more & 1 ? FLAG_SLOTS_1 : 0) | (more & 2 ? FLAG_SLOTS_2 : 0);
     for (uint32_t i = 0; i < joint->shell_count; i++)
         flags |= variant_of_shell(joint->shell[i].object, picture->lights.count, false, false) &
-                 (FLAG_LIT | FLAG_LIGHTS | FLAG_SPECULAR | FLAG_AMBIENT | FLAG_STRANDS | FLAG_TINT | FLAGS_PLACE |
-                  FLAGS_COLORED);
+                 (FLAG_LIT | FLAG_LIGHTS | FLAG_SPECULAR | FLAG_AMBIENT | FLAG_STRANDS | FLAG_TINT |
+                  FLAGS_PLACE | FLAGS_COLORED);
     if (flags & FLAG_LIT)
         flags &= ~(uint32_t)FLAG_AMBIENT;
     for (uint32_t i = 0; i < joint->shell_count; i++)

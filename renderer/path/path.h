@@ -42,8 +42,9 @@ struct path_object {
     bool walk;         /* rays walk through it from cell to cell; else its cells are drawn */
     bool walk_asked;   /* the scene asks for that, so nothing else may be done */
     bool solid_folds;  /* walked, and folds of its solid overlap (set by the path's `prepare`) */
-    bool solid_cells;  /* walked, but for its solid: the eye stands where folds of it overlap, and
-                          the  depth test of its cells finds the nearest surface (set by `prepare`) */
+    bool
+        solid_cells; /* walked, but for its solid: the eye stands where folds of it overlap, and
+                        the  depth test of its cells finds the nearest surface (set by `prepare`) */
     enum scene_slicing_method method;  /* of the slicing path, never `auto` */
     bool fp64;                         /* rays meet its cells in doubles (shell/precision.h) */
     enum scene_traversal traversal[2]; /* of its medium and its solid; `auto`: the path has none */

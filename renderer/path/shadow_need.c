@@ -135,10 +135,14 @@ enum status shadow_choose(struct scene *scene, struct path_object *objects, size
         objects[i].shadow = need->points ? (uint32_t)FLAG_POINT : 0;
     if (need->count == 0)
         return STATUS_OK;
-    need->layers = SHADOW_LAYERS * (int)ceil((scene->shadow.slices ? scene->shadow.slices
-                                                                   : slices_for(objects, count)) /
-                                             12.0);
+    int slices = scene->shadow.slices ? scene->shadow.slices : slices_for(objects, count);
+    need->layers = SHADOW_LAYERS * (int)ceil(slices / 12.0);
     choose_tint(objects, count, need);
+    /* What the scene leaves out never is what cannot be had. */
+    int least = scene->shadow.size ? scene->shadow.size : SIDE_MIN;
+    if (!scene->shadow.slices && (bytes_of(need, least) > SHADOW_BYTES_MAX ||
+                                  shadow_map_layers(need) * need->views > ARRAY_LAYERS))
+        need->layers = SHADOW_LAYERS;
     need->size = scene->shadow.size;
     if (!need->size) {
         int longer =

@@ -452,8 +452,9 @@ static enum status add_joint(struct scan *scan, uint64_t group, uint32_t slots,
         return out_of_memory(err);
     enum status status = mark_group(scan, group, at_eye, joint, &overlapping, err);
     overlap->samples += overlapping;
-    const struct overlap_shell *alone = draw.shell_count == 1 ? &scan->shells[draw.shell[0]] : NULL;
-    if (status == STATUS_OK && alone && (slots > SLOTS_MAX || alone->fp64 || alone->solid)) {
+    const struct overlap_shell *alone = &scan->shells[draw.shell[0]];
+    if (status == STATUS_OK && draw.shell_count == 1 &&
+        (slots > SLOTS_MAX || alone->fp64 || alone->solid)) {
         overlap->approximate += alone->solid ? 0 : overlapping;
         add_plain(scan, draw.shell[0], overlap);
     } else if (status == STATUS_OK) {

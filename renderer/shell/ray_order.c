@@ -214,7 +214,8 @@ typedef bool each_row(struct search *search, uint32_t y, void *user);
 static bool sweep(struct search *search, const struct marked *only, double least, each_row *each,
                   void *user) {
     struct candidates *found = &search->found;
-    qsort(found->list, found->count, sizeof *found->list, by_row);
+    if (found->count)
+        qsort(found->list, found->count, sizeof *found->list, by_row);
     search->active = malloc((found->count + 1) * sizeof *search->active);
     if (!search->active)
         return false;
