@@ -15,6 +15,7 @@ static bool turn_to_medium(const struct volume *solid, struct forced_volume *far
     size_t voxels = (size_t)solid->size[0] * (size_t)solid->size[1] * (size_t)solid->size[2];
     *volume = *solid;
     volume->solid = NULL;
+    volume->surfaces = !solid->medium;
     volume->medium = far->medium = malloc(voxels * 4 * sizeof *far->medium);
     if (!far->medium)
         return false;

@@ -307,7 +307,11 @@ static void tell_shells(const struct plan *plan, const struct needs *needs, stru
          no_shell ? no_shell : "every material is homogeneous: no texture is made or fetched");
     tell(report, "filter", plan->flags & FLAG_FILTER,
          plan->flags & FLAG_FILTER_VIEW
-             ? "where a sample covers several voxels it reads what is seen of them from its side"
+             ? plan->flags & FLAG_LIT
+                   ? "where a sample covers several voxels it reads what is seen of them from its "
+                     "side, and light falls on its normals' moments, 48 bytes more a texel"
+                   : "where a sample covers several voxels it reads what is seen of them from its "
+                     "side"
              : "where a sample covers several voxels it reads coarser ones",
          no_shell        ? no_shell
          : needs->filter ? "no sample covers more than a voxel of a medium: none is made coarser"

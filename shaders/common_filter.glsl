@@ -93,7 +93,11 @@ vec3 gradient_at(vec3 q) {
 layout(binding = BINDING_VIEW) uniform sampler2DArray medium_views;
 layout(binding = BINDING_VIEW_LEFT) uniform sampler2DArray left_views;
 #if (VARIANT & FLAG_LIT) != 0
-layout(binding = BINDING_VIEW_GRADIENT) uniform sampler2DArray gradient_views;
+layout(binding = BINDING_VIEW_MOMENTS) uniform sampler2DArray mean_views;
+layout(binding = BINDING_VIEW_MOMENTS + 1) uniform sampler2DArray square_views;
+layout(binding = BINDING_VIEW_MOMENTS + 2) uniform sampler2DArray product_views;
+/* Of a tile along u, v and w, on the mean: in thicknesses. */
+vec3 tile_size = vec3(frame[FRAME_NORMAL].w, frame[FRAME_NORMAL + 1].w, 1.0);
 #endif
 
 /* The two of the sides that lie next to the ray's own slant. */
@@ -145,11 +149,15 @@ vec4 seen_at(sampler2DArray views, vec3 q, float first, float level) {
 /* What is lost in a layer of what is left, as a medium. A layer that lets nothing through lets
  * 1e-6 through: more is not seen, and 1 - h has no more digits. */
 vec4 medium_seen(vec3 q, float first, float level, float finer, out float over) {
-    vec4 lost = seen_at(medium_views, q, first, level);
+    float layers = frame[FRAME_SIZE].z, z = clamp(q.z * layers - 0.5, 0.0, layers - 1.0);
+    float below = floor(z), on = z - below;
+    vec4 low = textureLod(medium_views, vec3(q.xy, first + below), level);
+    vec4 high = textureLod(medium_views, vec3(q.xy, first + min(below + 1.0, layers - 1.0)), level);
+    vec4 lost = mix(low, high, on);
     float left = seen_at(left_views, q, first, level).r;
     float sigma = depth_of(min(lost.a / max(left, 1.0e-37), 1.0 - 1.0e-6)) * finer;
-    over = 1.0 / max(lost.a, 1.0e-37);
-    return vec4(lost.rgb * (sigma * over), sigma);
+    over = 1.0 / max(on < 0.5 ? low.a : high.a, 1.0e-37);
+    return vec4(lost.rgb * (sigma / max(lost.a, 1.0e-37)), sigma);
 }
 
 vec4 medium_at(vec3 q) {
@@ -169,24 +177,30 @@ vec4 medium_at(vec3 q) {
 }
 
 #if (VARIANT & FLAG_LIT) != 0
-vec3 facing_of(vec4 seen_from) {
-    return seen_from.xyz + vec3(seen_from.w * seen.toward, 0.0);
-}
-
-/* After medium_at(q). */
-vec3 gradient_at(vec3 q) {
+/* What light falls on, after medium_at(q): normals as moments (common_moments.glsl). Returns their weight. */
+float normals_at(Way way, vec3 q) {
     float level = max(seen.level - 1.0, 0.0);
-    vec3 a = facing_of(seen_at(gradient_views, q, seen.first.x, level) * seen_over.x);
-    vec3 b = facing_of(seen_at(gradient_views, q, seen.first.y, level) * seen_over.y);
+    vec2 over = seen_share * seen_over;
+    float layers = frame_size.z, layer = floor(clamp(q.z * layers - 0.5, 0.0, layers - 1.0) + 0.5);
+    vec3 a = vec3(q.xy, seen.first.x + layer), b = vec3(q.xy, seen.first.y + layer);
+    vec4 mean = over.x * textureLod(mean_views, a, level) + over.y * textureLod(mean_views, b, level);
+    vec4 squares = over.x * textureLod(square_views, a, level) + over.y * textureLod(square_views, b, level);
+    vec4 products = over.x * textureLod(product_views, a, level) + over.y * textureLod(product_views, b, level);
+    float weight = squares.x + squares.y + squares.z, over_weight = 1.0 / max(weight, 1.0e-30);
+    vec2 t = seen.toward, from = vec2(squares.w, products.w) * over_weight;
+    mean.xy += (mean.w - dot(mean.xy, from)) * t;
     if (seen.level < 1.0) {
-        vec3 voxel = texture(medium_gradient, q).xyz;
-        voxel /= length(voxel) + 0.01;
-        a = mix(voxel, a, seen.level);
-        b = mix(voxel, b, seen.level);
+        vec3 gradient = texture(medium_gradient, q).xyz, n = gradient * (frame_size / tile_size);
+        float g = length(gradient), w = g / (g + 0.01);
+        n *= inversesqrt(max(dot(n, n), 1.0e-37));
+        mean.xyz = mix(w * n, mean.xyz, seen.level);
+        squares.xyz = mix(w * n * n, squares.xyz, seen.level);
+        products.xyz = mix(w * n.xxy * n.yzz, products.xyz, seen.level);
     }
-    /* The gradient whose own weight is the length of that. */
-    vec3 facing = seen_share.x * a + seen_share.y * b;
-    return 0.01 * facing / (1.0 - min(length(facing), 0.99));
+    mat3 D = way_to_world(way);
+    vec3 unit = tile_size / frame_size;
+    D = mat3(D[0] * unit.x, D[1] * unit.y, D[2] * unit.z);
+    return moments_set(mean.xyz, squares.xyz, products.xyz, D);
 }
 #endif
 

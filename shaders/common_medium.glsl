@@ -10,6 +10,9 @@
 #include "common_through.glsl"
 #include "common_prism.glsl"
 #if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_FILTER_VIEW) != 0
+#include "common_moments.glsl"
+#endif
 #include "common_light.glsl"
 #endif
 #include "common_strands.glsl"
@@ -96,6 +99,9 @@ void march(inout Ray ray, inout Way way, float span, vec3 v) {
         float weight;
         vec3 tangent = strand_at(way, q, weight);
         source = lit(source, tangent, v, weight, IN_STEP(TAU_LIT));
+#elif (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_FILTER_VIEW) != 0
+        float weight = normals_at(way, q);
+        source = lit(source, vec3(0.0), v, weight, IN_STEP(TAU_LIT));
 #elif (VARIANT & FLAG_LIT) != 0
         vec3 gradient = gradient_at(q);
         float g = length(gradient);

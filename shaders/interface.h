@@ -95,8 +95,10 @@
 #define FRAME_SCREEN                                                                               \
     6 /* 2 / width, 2 / height of the sample grid; transmittance that ends a ray; w: FLAG_TINT, 1  \
          where a sample keeps the optical depth of the channel that loses most */
-#define FRAME_STEP   7 /* steps per unit of length, 1 / thickness, most steps */
-#define FRAME_NORMAL 8 /* three rows: world normal from the object's gradient */
+#define FRAME_STEP 7 /* steps per unit of length, 1 / thickness, most steps */
+#define FRAME_NORMAL                                                                               \
+    8 /* three rows: world normal from the object's gradient; w of two: FLAG_FILTER_VIEW, a tile's \
+         length along u and v in thicknesses, on the mean */
 #define FRAME_VIEW_D0                                                                              \
     11 /* ray direction in the world; w of a slab: least steps per unit of length in the middle,   \
           of DU and DV: (|du| / |d0|)^2 */
@@ -176,16 +178,17 @@
 
 /* What is seen from each side, where footprints are larger than a voxel
  * (renderer/bake/view_pyramid.h): the layers of an array come one side after another. */
-#define BINDING_VIEW          14 /* sampler2DArray */
-#define BINDING_VIEW_GRADIENT 15
-#define BINDING_VIEW_LEFT     16 /* of no slot: joint walks know no sides */
-#define VIEW_ABOVE            0  /* at each of VIEW_SLANTS slants */
-#define VIEW_BELOW            3
-#define VIEW_SIDE             6
-#define VIEW_SIDES            7
-#define VIEW_SLANTS           3
-#define VIEW_COS2_1           0.5 /* the slants' squared cosines to w; of the first, 1 */
-#define VIEW_COS2_2           0.125
+#define BINDING_VIEW         14 /* sampler2DArray */
+#define BINDING_VIEW_LEFT    15
+#define BINDING_VIEW_MOMENTS 16 /* VIEW_MOMENTS; of no slot: joint walks know no sides */
+#define VIEW_ABOVE           0  /* at each of VIEW_SLANTS slants */
+#define VIEW_BELOW           3
+#define VIEW_SIDE            6
+#define VIEW_SIDES           7
+#define VIEW_SLANTS          3
+#define VIEW_MOMENTS         3   /* textures of four numbers, of the normals that are seen */
+#define VIEW_COS2_1          0.5 /* the slants' squared cosines to w; of the first, 1 */
+#define VIEW_COS2_2          0.125
 
 #define BINDING_STRANDS 31   /* of no slot: there they stand in for the gradients */
 #define TILE_DEPTH      0.25 /* of a tile, in its widths: VOLUME_TILE_DEPTH of volume.h */

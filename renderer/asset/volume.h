@@ -57,6 +57,8 @@ struct volume {
     double absorption, emission[3], glow;
     double tint[3]; /* factors of all extinction, 0 to 1 */
 
+    bool surfaces; /* the medium stands for a solid (far_solids.h): what is seen of it faces the
+                      viewer */
     bool lit, strand_lit; /* the latter only where `lit`, and there is a medium */
     float specular, shininess;
     size_t bytes;

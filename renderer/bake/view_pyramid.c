@@ -1,64 +1,70 @@
 /* See view_pyramid.h: from above and below layer by layer, every level at once, since means are
- * additive; from the sides axis by axis, rays through cells of one level being put together of
- * those of the level before. */
+ * additive. From the sides: view_sides.c. */
 #include "renderer/bake/view_pyramid.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "renderer/bake/normals.h"
+#include "renderer/bake/view_source.h"
 
-static const double DEEPEST = 600;
-
-/* Finer cells that lie within a coarser one along an axis, with the share of each. */
-struct cover {
-    int first, last;
-    double from, to;
-};
-
-static struct cover cover_of(int fine, int coarse, int cell) {
-    struct cover cover = {.from = (double)cell * fine / coarse,
-                          .to = (double)(cell + 1) * fine / coarse};
+struct view_cover view_cover_of(int fine, int coarse, int cell) {
+    struct view_cover cover = {.from = (double)cell * fine / coarse,
+                               .to = (double)(cell + 1) * fine / coarse};
     cover.first = (int)cover.from;
     cover.last = (int)ceil(cover.to) - 1;
     cover.last = cover.last < fine ? cover.last : fine - 1;
     return cover;
 }
 
-static double share_of(const struct cover *cover, int i) {
+double view_share_of(const struct view_cover *cover, int i) {
     return fmin(cover->to, i + 1) - fmax(cover->from, i);
 }
 
-/* What is baked: voxels and, where lit, what light falls on in each, w n. */
-struct source {
-    const struct volume *volume;
-    float *facing; /* 3 a voxel, or NULL */
-};
+double view_depth_seen(double tau, double lost) {
+    return tau > 1e-3 ? 1 / tau - (1 - lost) / lost : 0.5 - tau / 12;
+}
 
-static size_t voxel_index(const struct source *source, int x, int y, int z) {
-    const int *n = source->volume->size;
-    return ((size_t)z * (size_t)n[1] + (size_t)y) * (size_t)n[0] + (size_t)x;
+void view_moments(const struct view_source *source, const float gradient[4], const float toward[3],
+                  float *seen) {
+    float n[3], g2 = 0, n2 = 0;
+    for (int i = 0; i < 3; i++) {
+        n[i] = gradient[i] * source->steep[i];
+        g2 += gradient[i] * gradient[i];
+        n2 += n[i] * n[i];
+    }
+    float g = sqrtf(g2), weight = n2 > 0 ? g / (g + 0.01f) : 0, over = 1 / sqrtf(fmaxf(n2, 1e-37f));
+    float facing = n[0] * toward[0] + n[1] * toward[1] + n[2] * toward[2];
+    float away = source->volume->surfaces ? 2 * over * fminf(facing, 0) : 0;
+    for (int i = 0; i < 3; i++) {
+        n[i] = n[i] * over - away * toward[i];
+        seen[SEEN_MEAN + i] = weight * n[i];
+        seen[SEEN_SQUARES + i] = weight * n[i] * n[i];
+    }
+    seen[SEEN_PRODUCTS] = weight * n[0] * n[1];
+    seen[SEEN_PRODUCTS + 1] = weight * n[0] * n[2];
+    seen[SEEN_PRODUCTS + 2] = weight * n[1] * n[2];
 }
 
 /* Least of what is let through that is told: far below what can be seen, and above where 32 bits
  * end. */
 static const double LEAST_LEFT = 1e-30;
 
-/* `left` is let through to a layer, `shown` of it is lost there, in which `color` and `facing` are
- * contained; `plain` is what a layer of the mean extinction would lose, for where nothing is left.
- */
-static void write_texel(const struct view_level *level, size_t index, double left, double shown,
-                        double plain, const double color[3], const double facing[4]) {
+void view_write(const struct view_source *source, const struct view_level *level, size_t index,
+                double left, double lost, double plain, const double *seen) {
     float *out = level->medium + 4 * index;
-    bool seen = left > LEAST_LEFT;
-    level->left[index] = (float)(seen ? left : LEAST_LEFT);
-    out[3] = (float)(seen ? shown : LEAST_LEFT * plain);
-    double over = shown > 0 ? 1 / shown : 0;
+    bool any = left > LEAST_LEFT;
+    level->left[index] = (float)(any ? left : LEAST_LEFT);
+    out[3] = (float)(any ? lost : LEAST_LEFT * plain);
+    double over = lost > 0 ? 1 / lost : 0;
     for (int c = 0; c < 3; c++)
-        out[c] = out[3] * (float)(color[c] * over);
-    for (int c = 0; c < 4 && level->facing; c++)
-        level->facing[4 * index + (size_t)c] = out[3] * (float)(facing[c] * over);
+        out[c] = out[3] * (float)(seen[SEEN_COLOR + c] * over);
+    for (int k = 0; k < VIEW_MOMENTS && source->gradient; k++)
+        for (size_t c = 0; c < 4; c++)
+            level->moments[k][4 * index + c] =
+                out[3] * (float)(seen[SEEN_MEAN + 4 * (size_t)k + c] * over);
 }
 
 /* ---- from above, from below ---- */
@@ -69,16 +75,19 @@ enum { AZIMUTHS = 4 };
 struct column {
     double count;
     double before; /* let through to this layer */
-    double sigma, color[3];
-    double shown[AZIMUTHS], facing[AZIMUTHS][3];
+    double sigma, shown, seen[SEEN_COUNT];
 };
 
-static void add_column(struct column *to, const struct column *from, double share) {
-    enum { NUMBERS = sizeof *to / sizeof(double) };
+/* `numbers`: of all that a column has, seen[] being the last. */
+static void add_column(struct column *to, const struct column *from, double share, int numbers) {
     double *sum = &to->count;
     const double *one = &from->count;
-    for (int i = 0; i < NUMBERS; i++)
+    for (int i = 0; i < numbers; i++)
         sum[i] += share * one[i];
+}
+
+static int numbers_of(const struct view_source *source) {
+    return (int)(offsetof(struct column, seen) / sizeof(double)) + source->count;
 }
 
 /* Rays that come through the layers one way, from as many azimuths. */
@@ -117,38 +126,105 @@ static struct place place_of(const int n[3], const double drift[2], double layer
     return place;
 }
 
-/* What lies there: extinction-weighted colour, extinction, and w n weighted likewise. */
-static void read_place(const struct source *source, const struct place *place, int x, int y, int z,
-                       float voxel[4], float facing[3]) {
+/* The four voxels of a layer about a place. */
+struct around {
+    size_t index[4];
+};
+
+static inline struct around around_of(const struct view_source *source, const struct place *place,
+                                      int x, int y, int z) {
     const int *n = source->volume->size;
-    int column[2] = {x + place->on[0], 0}, row[2] = {y + place->on[1], 0};
-    column[0] -= column[0] >= n[0] ? n[0] : 0;
-    row[0] -= row[0] >= n[1] ? n[1] : 0;
-    column[1] = column[0] + 1 < n[0] ? column[0] + 1 : 0;
-    row[1] = row[0] + 1 < n[1] ? row[0] + 1 : 0;
-    for (int k = 0; k < 4; k++) {
-        size_t index = voxel_index(source, column[k & 1], row[k >> 1], z);
-        const float *from = source->volume->medium + 4 * index;
-        float part = place->share[k];
-        for (int c = 0; c < 4; c++)
-            voxel[c] += part * from[c];
-        for (int c = 0; c < 3 && source->facing; c++)
-            facing[c] += part * from[3] * source->facing[3 * index + (size_t)c];
-    }
+    int c0 = x + place->on[0], r0 = y + place->on[1];
+    c0 -= c0 >= n[0] ? n[0] : 0;
+    r0 -= r0 >= n[1] ? n[1] : 0;
+    int c1 = c0 + 1 < n[0] ? c0 + 1 : 0, r1 = r0 + 1 < n[1] ? r0 + 1 : 0;
+    return (struct around){{view_voxel(source, c0, r0, z), view_voxel(source, c1, r0, z),
+                            view_voxel(source, c0, r1, z), view_voxel(source, c1, r1, z)}};
 }
 
-static void go_through(const float voxel[4], const float facing[3], double length, int azimuth,
-                       double *left, struct column *column) {
-    column->sigma += (double)voxel[3] * length;
-    if (!(voxel[3] > 0))
+/* Four numbers a voxel at a place; compilers take the four at once. */
+static inline void read_place(const float *voxels, const struct around *around, ptrdiff_t on,
+                              const float share[4], float to[4]) {
+    const float *a = voxels + 4 * ((ptrdiff_t)around->index[0] + on);
+    const float *b = voxels + 4 * ((ptrdiff_t)around->index[1] + on);
+    const float *d = voxels + 4 * ((ptrdiff_t)around->index[2] + on);
+    const float *e = voxels + 4 * ((ptrdiff_t)around->index[3] + on);
+    for (int c = 0; c < 4; c++)
+        to[c] = share[0] * a[c] + share[1] * b[c] + share[2] * d[c] + share[3] * e[c];
+}
+
+/* Those moments that turn with the way to the viewer, -way. */
+static void turn_moments(const double way[2], double *seen) {
+    double x = -way[0], y = -way[1];
+    double weight = seen[SEEN_SQUARES] + seen[SEEN_SQUARES + 1] + seen[SEEN_SQUARES + 2];
+    seen[SEEN_MEAN + 3] = seen[SEEN_MEAN] * x + seen[SEEN_MEAN + 1] * y;
+    seen[SEEN_SQUARES + 3] = weight * x;
+    seen[SEEN_PRODUCTS + 3] = weight * y;
+}
+
+/* A step of a ray through one layer. */
+struct step {
+    const struct place *place;
+    const float *toward;     /* the viewer */
+    double length, at, size; /* where it begins in the layer, and how much of that it is */
+    int z;
+    ptrdiff_t before, after; /* voxels to the layers that the ray comes from and goes to */
+};
+
+/* Gradients are read as pictures read them, between layers too, and where the step's light comes
+ * from: of what is opaque where the ray meets it, and there a layer's top is no more its side. */
+static void read_normals(const struct view_source *source, const struct step *step,
+                         const struct around *around, double tau, double lost, float *seen) {
+    float at = (float)(step->at + step->size * view_depth_seen(tau, lost) - 0.5);
+    float here[4], there[4], gradient[4], other = fabsf(at);
+    read_place(source->gradient, around, 0, step->place->share, here);
+    read_place(source->gradient, around, at < 0 ? step->before : step->after, step->place->share,
+               there);
+    for (int c = 0; c < 4; c++)
+        gradient[c] = here[c] + other * (there[c] - here[c]);
+    view_moments(source, gradient, step->toward, seen);
+}
+
+/* Of a ray in one layer, of what it had left there: what it sees, weighted by what is lost. */
+struct glance {
+    double sigma, shown, left;
+    bool known;
+    float sum[SEEN_COUNT], normals[SEEN_COUNT]; /* the latter: of the last step */
+};
+
+static void begin_glance(const struct view_source *source, struct glance *glance) {
+    glance->sigma = glance->shown = 0;
+    glance->left = 1;
+    glance->known = false;
+    for (int c = 0; c < source->count; c++)
+        glance->sum[c] = 0;
+}
+
+/* Behind that much normals are read once a layer. */
+static const double HIDDEN = 1e-3;
+
+static void go_through(const struct view_source *source, const struct step *step, int x, int y,
+                       double before, struct glance *glance) {
+    struct around around = around_of(source, step->place, x, y, step->z);
+    float voxel[4];
+    read_place(source->volume->medium, &around, 0, step->place->share, voxel);
+    double tau = (double)voxel[3] * step->length;
+    if (!(tau > 0))
         return;
-    double lost = -expm1(-(double)voxel[3] * length), shown = *left * lost;
-    *left = fmax(*left * (1 - lost), exp(-DEEPEST));
-    column->shown[azimuth] += shown;
-    for (int c = 0; c < 3; c++) {
-        column->color[c] += shown * (double)(voxel[c] / voxel[3]);
-        column->facing[azimuth][c] += shown * (double)(facing[c] / voxel[3]);
+    glance->sigma += tau;
+    double lost = -expm1(-tau), shown = glance->left * lost;
+    float part = (float)shown, over = part / voxel[3];
+    for (int c = 0; c < 3; c++)
+        glance->sum[SEEN_COLOR + c] += over * voxel[c];
+    if (source->gradient) {
+        if (!glance->known || before * glance->left > HIDDEN)
+            read_normals(source, step, &around, tau, lost, glance->normals);
+        glance->known = true;
+        for (int c = SEEN_MEAN; c < SEEN_COUNT; c++)
+            glance->sum[c] += part * glance->normals[c];
     }
+    glance->shown += shown;
+    glance->left *= 1 - lost;
 }
 
 /* The most steps in a layer: where a slant passes over more voxels than that, one knows nothing of
@@ -157,12 +233,20 @@ enum { STEPS_MAX = 8 };
 
 /* All rays through layer z, the i-th that they meet; each is added to the column that it is in half
  * way. Neighbours have different azimuths, and four by four all. */
-static void pass_layer(const struct source *source, const struct beam *beam, int z, int i,
+static void pass_layer(const struct view_source *source, const struct beam *beam, int z, int i,
                        double *left, struct column *columns) {
     const int *n = source->volume->size;
     double length = beam->secant / n[2] / beam->steps;
+    ptrdiff_t layer = (ptrdiff_t)n[0] * n[1], up = z < n[2] - 1 ? layer : 0;
+    ptrdiff_t down = z > 0 ? -layer : 0, before = beam->above ? up : down;
+    ptrdiff_t after = beam->above ? down : up;
     struct place place[AZIMUTHS][STEPS_MAX], to[AZIMUTHS];
+    float toward[AZIMUTHS][3];
     for (int k = 0; k < beam->azimuths; k++) {
+        double cosine = 1 / beam->secant, sine = sqrt(1 - cosine * cosine);
+        for (int a = 0; a < 2; a++)
+            toward[k][a] = (float)(-sine * beam->way[k][a]);
+        toward[k][2] = (float)(beam->above ? cosine : -cosine);
         to[k] = place_of(n, beam->drift[k], i + 0.5);
         for (int step = 0; step < beam->steps; step++)
             place[k][step] = place_of(n, beam->drift[k], i + (step + 0.5) / beam->steps);
@@ -171,67 +255,69 @@ static void pass_layer(const struct source *source, const struct beam *beam, int
         for (int x = 0; x < n[0]; x++) {
             int azimuth = beam->azimuths > 1 ? (x & 1) + 2 * (y & 1) : 0;
             size_t ray = (size_t)y * (size_t)n[0] + (size_t)x;
-            struct column column = {.count = 1, .before = left[ray]};
+            struct glance glance;
+            begin_glance(source, &glance);
             for (int step = 0; step < beam->steps; step++) {
-                float voxel[4] = {0}, facing[3] = {0};
-                read_place(source, &place[azimuth][step], x, y, z, voxel, facing);
-                go_through(voxel, facing, length, azimuth, &left[ray], &column);
+                double size = 1.0 / beam->steps;
+                struct step one = {&place[azimuth][step],
+                                   toward[azimuth],
+                                   length,
+                                   step * size,
+                                   size,
+                                   z,
+                                   before,
+                                   after};
+                go_through(source, &one, x, y, left[ray], &glance);
             }
+            struct column column = {1, left[ray], glance.sigma, left[ray] * glance.shown, {0}};
+            for (int c = 0; c < source->count; c++)
+                column.seen[c] = left[ray] * (double)glance.sum[c];
+            if (source->gradient)
+                turn_moments(beam->way[azimuth], column.seen);
+            left[ray] = fmax(left[ray] * glance.left, exp(-VIEW_DEEPEST));
             column.sigma /= length * beam->steps;
             int at[2] = {(x + to[azimuth].on[0]) % n[0], (y + to[azimuth].on[1]) % n[1]};
-            add_column(&columns[(size_t)at[1] * (size_t)n[0] + (size_t)at[0]], &column, 1.0);
+            add_column(&columns[(size_t)at[1] * (size_t)n[0] + (size_t)at[0]], &column, 1.0,
+                       numbers_of(source));
         }
 }
 
 /* Means over the cells of a level. */
 static void condense(const struct column *fine, const int from[2], struct column *coarse,
-                     const int to[2]) {
+                     const int to[2], int numbers) {
     for (int y = 0; y < to[1]; y++) {
-        struct cover rows = cover_of(from[1], to[1], y);
+        struct view_cover rows = view_cover_of(from[1], to[1], y);
         for (int x = 0; x < to[0]; x++) {
-            struct cover columns = cover_of(from[0], to[0], x);
+            struct view_cover columns = view_cover_of(from[0], to[0], x);
             struct column sum = {0};
             double area = (rows.to - rows.from) * (columns.to - columns.from);
             for (int j = rows.first; j <= rows.last; j++)
                 for (int i = columns.first; i <= columns.last; i++)
                     add_column(&sum, &fine[(size_t)j * (size_t)from[0] + (size_t)i],
-                               share_of(&rows, j) * share_of(&columns, i) / area);
+                               view_share_of(&rows, j) * view_share_of(&columns, i) / area,
+                               numbers);
             coarse[(size_t)y * (size_t)to[0] + (size_t)x] = sum;
         }
     }
 }
 
-/* Each azimuth has its own mean of w n, and of how far that faces it. */
-static void write_layer(const struct view_level *level, const struct column *columns, double depth,
-                        const struct beam *beam, int image) {
+static void write_layer(const struct view_source *source, const struct view_level *level,
+                        const struct column *columns, double depth, const struct beam *beam,
+                        int image) {
     size_t count = (size_t)level->size[0] * (size_t)level->size[1], at = count * (size_t)image;
     for (size_t i = 0; i < count; i++) {
         const struct column *c = &columns[i];
-        double shown = 0, facing[4] = {0}, azimuths = 0;
-        for (int k = 0; k < beam->azimuths; k++) {
-            shown += c->shown[k];
-            azimuths += c->shown[k] > 0;
-        }
-        for (int k = 0; k < beam->azimuths; k++) {
-            double over = c->shown[k] > 0 ? shown / (c->shown[k] * azimuths) : 0;
-            for (int a = 0; a < 3; a++)
-                facing[a] += over * c->facing[k][a];
-            for (int a = 0; a < 2; a++)
-                facing[3] -= over * c->facing[k][a] * beam->way[k][a];
-        }
         /* Slants: what is lost of what is left alone. */
         double whole = beam->azimuths > 1 ? c->before : c->count, over = whole > 0 ? 1 / whole : 0;
-        double color[3];
-        for (int a = 0; a < 4; a++) {
-            color[a < 3 ? a : 0] = c->color[a < 3 ? a : 0] * over;
-            facing[a] *= over;
-        }
-        write_texel(level, at + i, c->before * over, shown * over,
-                    -expm1(-c->sigma / fmax(c->count, 1e-30) * depth), color, facing);
+        double seen[SEEN_COUNT];
+        for (int k = 0; k < source->count; k++)
+            seen[k] = c->seen[k] * over;
+        view_write(source, level, at + i, c->before * over, c->shown * over,
+                   -expm1(-c->sigma / fmax(c->count, 1e-30) * depth), seen);
     }
 }
 
-static struct beam beam_of(const struct source *source, const double aspect[2], bool above,
+static struct beam beam_of(const struct view_source *source, const double aspect[2], bool above,
                            int slant) {
     static const double cos2[VIEW_SLANTS] = {1, VIEW_COS2_1, VIEW_COS2_2};
     /* Along the axes, or the diagonal, a slanting ray meets the same row again and again. */
@@ -252,8 +338,8 @@ static struct beam beam_of(const struct source *source, const double aspect[2], 
     return beam;
 }
 
-static enum status look_through(const struct source *source, const struct beam *beam, int image,
-                                struct view_pyramid *pyramid) {
+static enum status look_through(const struct view_source *source, const struct beam *beam,
+                                int image, struct view_pyramid *pyramid) {
     const int *n = source->volume->size;
     size_t count = (size_t)n[0] * (size_t)n[1];
     double *left = calloc(count, sizeof *left);
@@ -273,8 +359,8 @@ static enum status look_through(const struct source *source, const struct beam *
         const int *from = n;
         for (int l = 0; l < pyramid->count; l++) {
             const struct view_level *level = &pyramid->level[l];
-            condense(fine, from, coarse, level->size);
-            write_layer(level, coarse, beam->secant / n[2], beam, image * n[2] + z);
+            condense(fine, from, coarse, level->size, numbers_of(source));
+            write_layer(source, level, coarse, beam->secant / n[2], beam, image * n[2] + z);
             struct column *swap = fine;
             fine = coarse;
             coarse = swap;
@@ -286,230 +372,24 @@ static enum status look_through(const struct source *source, const struct beam *
     return STATUS_OK;
 }
 
-/* ---- from the sides ---- */
-
-/* A ray through a cell along an axis, and what it gathers coming from its upper [0] and its lower
- * end [1]. */
-struct ray {
-    double tau;
-    double color[2][3], facing[2][3];
-};
-
-/* Lengthens a ray by a share of the next cell, which lies above. */
-static void go_on(struct ray *ray, const struct ray *next, double share) {
-    double tau = share * next->tau;
-    double part = share < 1 && next->tau > 0 ? expm1(-tau) / expm1(-next->tau) : 1;
-    double through_next = exp(-tau), through = exp(-ray->tau);
-    for (int c = 0; c < 3; c++) {
-        ray->color[0][c] = part * next->color[0][c] + through_next * ray->color[0][c];
-        ray->facing[0][c] = part * next->facing[0][c] + through_next * ray->facing[0][c];
-        ray->color[1][c] += through * part * next->color[1][c];
-        ray->facing[1][c] += through * part * next->facing[1][c];
-    }
-    ray->tau = fmin(ray->tau + tau, DEEPEST);
-}
-
-static struct ray ray_in_voxel(const struct source *source, size_t index, double length) {
-    const float *voxel = source->volume->medium + 4 * index;
-    double sigma = (double)voxel[3];
-    struct ray ray = {.tau = fmin(sigma * length, DEEPEST)};
-    double shown = -expm1(-ray.tau);
-    for (int end = 0; end < 2 && sigma > 0; end++)
-        for (int c = 0; c < 3; c++) {
-            ray.color[end][c] = shown * (double)voxel[c] / sigma;
-            ray.facing[end][c] =
-                source->facing ? shown * (double)source->facing[3 * index + (size_t)c] : 0;
-        }
-    return ray;
-}
-
-/* Of one layer of a cell, as rays along an axis see it: what they lose, the colour that they
- * gather, w n, and how far that faces the viewer. */
-enum { LOST, COLOR, FACING = COLOR + 3, TOWARD = FACING + 3, SIDE_SUMS };
-
-/* `rays` run along `axis` in one layer, `lines` beside one another: their means over the cells of a
- * level into sums[cell * SIDE_SUMS]. */
-static void mean_of_rays(const struct ray *rays, int lines, int axis, const int size[2],
-                         float *sums) {
-    int along = size[axis], across = size[1 - axis];
-    for (int j = 0; j < across; j++) {
-        struct cover cover = cover_of(lines, across, j);
-        for (int i = 0; i < along; i++) {
-            double sum[SIDE_SUMS] = {0}, width = cover.to - cover.from;
-            for (int line = cover.first; line <= cover.last; line++) {
-                const struct ray *ray = &rays[(size_t)line * (size_t)along + (size_t)i];
-                double share = share_of(&cover, line) / width;
-                sum[LOST] += share * -expm1(-ray->tau);
-                for (int c = 0; c < 3; c++) {
-                    sum[COLOR + c] += share / 2 * (ray->color[0][c] + ray->color[1][c]);
-                    sum[FACING + c] += share / 2 * (ray->facing[0][c] + ray->facing[1][c]);
-                }
-                sum[TOWARD] += share / 2 * (ray->facing[0][axis] - ray->facing[1][axis]);
-            }
-            int x = axis == 0 ? i : j, y = axis == 0 ? j : i;
-            float *out = sums + ((size_t)y * (size_t)size[0] + (size_t)x) * SIDE_SUMS;
-            for (int c = 0; c < SIDE_SUMS; c++)
-                out[c] = (float)sum[c];
-        }
-    }
-}
-
-/* Means of one cell over the layers within `height`, in layers, about each, for one axis; added to
- * that cell's texels, `of_cell`, a layer after another, in which LOST is the extinction. `below` is
- * for layers + 1 sums. */
-static void add_axis(const float *sums, size_t cells, size_t cell, int layers, double height,
-                     double length, double *below, double *of_cell) {
-    double sum[SIDE_SUMS] = {0};
-    for (int k = 0; k < (layers + 1) * SIDE_SUMS; k++) {
-        size_t z = (size_t)k / SIDE_SUMS, c = (size_t)k % SIDE_SUMS;
-        below[k] = sum[c];
-        if (z < (size_t)layers)
-            sum[c] += (double)sums[(z * cells + cell) * SIDE_SUMS + c];
-    }
-    for (int z = 0; z < layers; z++) {
-        /* Above the shell there is nothing, and below it more of the lowest layer. */
-        double reach = fmax(height, 1) / 2, from = z + 0.5 - reach;
-        double to = fmin(z + 0.5 + reach, layers), under = fmax(-from, 0);
-        double mean[SIDE_SUMS];
-        from = fmax(from, 0);
-        for (int c = 0; c < SIDE_SUMS; c++) {
-            int i = (int)from, j = (int)to < layers ? (int)to : layers - 1;
-            const double *low = below + i * SIDE_SUMS + c, *high = below + j * SIDE_SUMS + c;
-            mean[c] = (*high + (to - j) * (high[SIDE_SUMS] - *high) - *low -
-                       (from - i) * (low[SIDE_SUMS] - *low) + under * below[SIDE_SUMS + c]) /
-                      (2 * reach);
-        }
-        double lost = fmin(mean[LOST], -expm1(-DEEPEST)), sigma = -log1p(-lost) / length;
-        sigma = fmin(sigma, DEEPEST / length);
-        double *out = of_cell + z * SIDE_SUMS;
-        out[LOST] += sigma / 2;
-        for (int c = COLOR; c < SIDE_SUMS && lost > 0; c++)
-            out[c] += sigma / 2 * mean[c] / lost;
-    }
-}
-
-struct side_work {
-    struct ray *rays; /* of one layer, and room for the next level's */
-    float *sums[2];   /* for each axis: level, layer, cell, SIDE_SUMS */
-    double *below, *of_cell;
-};
-
-/* All rays of a layer along an axis, through the cells of each level in turn. */
-static void trace_layer(const struct source *source, const struct view_pyramid *pyramid, int axis,
-                        int z, double length, struct side_work *work) {
-    const int *n = source->volume->size;
-    int lines = n[1 - axis], from = n[axis];
-    struct ray *fine = work->rays, *coarse = work->rays + (size_t)n[0] * (size_t)n[1];
-    for (int line = 0; line < lines; line++)
-        for (int i = 0; i < from; i++) {
-            int at[2] = {i, line};
-            size_t index = voxel_index(source, at[axis], at[1 - axis], z);
-            fine[(size_t)line * (size_t)from + (size_t)i] =
-                ray_in_voxel(source, index, length / from);
-        }
-    float *sums = work->sums[axis];
-    for (int l = 0; l < pyramid->count; l++) {
-        const int *size = pyramid->level[l].size;
-        int to = size[axis];
-        for (int i = 0; i < to; i++) {
-            struct cover cover = cover_of(from, to, i);
-            for (int line = 0; line < lines; line++) {
-                struct ray ray = {0};
-                for (int j = cover.first; j <= cover.last; j++)
-                    go_on(&ray, &fine[(size_t)line * (size_t)from + (size_t)j],
-                          share_of(&cover, j));
-                coarse[(size_t)line * (size_t)to + (size_t)i] = ray;
-            }
-        }
-        size_t cells = (size_t)size[0] * (size_t)size[1];
-        mean_of_rays(coarse, lines, axis, size, sums + (size_t)z * cells * SIDE_SUMS);
-        sums += cells * (size_t)n[2] * SIDE_SUMS;
-        struct ray *swap = fine;
-        fine = coarse;
-        coarse = swap;
-        from = to;
-    }
-}
-
-/* `sums`: of this level, for each axis. */
-static void write_side(const struct view_level *level, const double aspect[2], int layers,
-                       float *const sums[2], const struct side_work *work) {
-    size_t cells = (size_t)level->size[0] * (size_t)level->size[1];
-    double length[2], height = 0; /* as high as wide */
-    for (int axis = 0; axis < 2; axis++) {
-        length[axis] = aspect[axis] / level->size[axis];
-        height += length[axis] * layers / 2;
-    }
-    for (size_t cell = 0; cell < cells; cell++) {
-        memset(work->of_cell, 0, (size_t)layers * SIDE_SUMS * sizeof *work->of_cell);
-        for (int axis = 0; axis < 2; axis++)
-            add_axis(sums[axis], cells, cell, layers, height, length[axis], work->below,
-                     work->of_cell);
-        for (int z = 0; z < layers; z++) {
-            const double *sum = work->of_cell + z * SIDE_SUMS;
-            double color[3], facing[4], lost = -expm1(-sum[LOST] / layers);
-            double over = sum[LOST] > 0 ? lost / sum[LOST] : 0;
-            for (int c = 0; c < 3; c++)
-                color[c] = sum[COLOR + c] * over;
-            for (int c = 0; c < 4; c++)
-                facing[c] = sum[FACING + c] * over;
-            write_texel(level, ((size_t)VIEW_SIDE * (size_t)layers + (size_t)z) * cells + cell, 1,
-                        lost, lost, color, facing);
-        }
-    }
-}
-
-static enum status look_along_surface(const struct source *source, const double aspect[2],
-                                      const struct view_pyramid *pyramid) {
-    const int *n = source->volume->size;
-    size_t rays = (size_t)n[0] * (size_t)n[1], layers = (size_t)n[2], cells = 0;
-    for (int l = 0; l < pyramid->count; l++)
-        cells += (size_t)pyramid->level[l].size[0] * (size_t)pyramid->level[l].size[1];
-    size_t sums = cells * layers * SIDE_SUMS;
-    struct side_work work = {
-        .rays = malloc(2 * rays * sizeof *work.rays),
-        .sums = {calloc(sums + 1, sizeof **work.sums), calloc(sums + 1, sizeof **work.sums)},
-        .below = calloc((layers + 1) * SIDE_SUMS, sizeof *work.below),
-        .of_cell = malloc(layers * SIDE_SUMS * sizeof *work.of_cell)};
-    bool whole = work.rays && work.sums[0] && work.sums[1] && work.below && work.of_cell;
-    for (int k = 0; k < 2 * n[2] && whole; k++)
-        trace_layer(source, pyramid, k % 2, k / 2, aspect[k % 2], &work);
-    size_t at = 0;
-    for (int l = 0; l < pyramid->count && whole; l++) {
-        const struct view_level *level = &pyramid->level[l];
-        float *const of_level[2] = {work.sums[0] + at, work.sums[1] + at};
-        write_side(level, aspect, n[2], of_level, &work);
-        at += (size_t)level->size[0] * (size_t)level->size[1] * layers * SIDE_SUMS;
-    }
-    free(work.rays);
-    free(work.sums[0]);
-    free(work.sums[1]);
-    free(work.below);
-    free(work.of_cell);
-    return whole ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-}
-
 /* ---- all ---- */
 
-static enum status make_source(const struct volume *volume, bool lit, struct source *source) {
-    *source = (struct source){.volume = volume};
+static enum status make_source(const struct volume *volume, const double aspect[2], bool lit,
+                               struct view_source *source) {
+    *source = (struct view_source){.volume = volume, .count = lit ? SEEN_COUNT : SEEN_MEAN};
     if (!lit)
         return STATUS_OK;
+    for (int i = 0; i < 3; i++)
+        source->steep[i] = (float)(volume->size[i] / (i < 2 ? aspect[i] : 1));
     size_t voxels = (size_t)volume->size[0] * (size_t)volume->size[1] * (size_t)volume->size[2];
     uint16_t *gradients = malloc(voxels * 4 * sizeof *gradients);
-    source->facing = malloc(voxels * 3 * sizeof *source->facing);
-    enum status status = !gradients || !source->facing
+    source->gradient = calloc(voxels, 4 * sizeof *source->gradient);
+    enum status status = !gradients || !source->gradient
                              ? STATUS_OUT_OF_MEMORY
                              : bake_gradients(volume, BAKE_FIELD_MEDIUM, gradients);
-    for (size_t i = 0; i < voxels && status == STATUS_OK; i++) {
-        float g[3], length = 0;
-        for (int c = 0; c < 3; c++) {
-            g[c] = bake_float_from_half(gradients[4 * i + (size_t)c]);
-            length += g[c] * g[c];
-        }
-        for (int c = 0; c < 3; c++)
-            source->facing[3 * i + (size_t)c] = g[c] / (sqrtf(length) + 0.01f);
-    }
+    for (size_t i = 0; i < voxels && status == STATUS_OK; i++)
+        for (size_t c = 0; c < 3; c++)
+            source->gradient[4 * i + c] = bake_float_from_half(gradients[4 * i + c]);
     free(gradients);
     return status;
 }
@@ -527,22 +407,26 @@ static enum status make_levels(const struct volume *volume, bool lit,
             (size_t)level->size[0] * (size_t)level->size[1] * (size_t)volume->size[2] * VIEW_SIDES;
         level->medium = malloc(texels * 4 * sizeof *level->medium);
         level->left = malloc(texels * sizeof *level->left);
-        level->facing = lit ? malloc(texels * 4 * sizeof *level->facing) : NULL;
-        if (!level->medium || !level->left || (lit && !level->facing))
+        if (!level->medium || !level->left)
             return STATUS_OUT_OF_MEMORY;
+        for (int k = 0; k < VIEW_MOMENTS && lit; k++) {
+            level->moments[k] = malloc(texels * 4 * sizeof *level->moments[k]);
+            if (!level->moments[k])
+                return STATUS_OUT_OF_MEMORY;
+        }
     }
     return STATUS_OK;
 }
 
 enum status view_pyramid_make(const struct volume *volume, const double aspect[2], bool lit,
                               struct view_pyramid *pyramid) {
-    struct source source;
+    struct view_source source;
     enum status status = make_levels(volume, lit, pyramid);
     if (status != STATUS_OK) {
         view_pyramid_finish(pyramid);
         return status;
     }
-    status = make_source(volume, lit, &source);
+    status = make_source(volume, aspect, lit, &source);
     for (int k = 0; k < 2 * VIEW_SLANTS && status == STATUS_OK; k++) {
         bool above = k < VIEW_SLANTS;
         struct beam beam = beam_of(&source, aspect, above, k % VIEW_SLANTS);
@@ -550,8 +434,8 @@ enum status view_pyramid_make(const struct volume *volume, const double aspect[2
         status = look_through(&source, &beam, image, pyramid);
     }
     if (status == STATUS_OK)
-        status = look_along_surface(&source, aspect, pyramid);
-    free(source.facing);
+        status = view_look_along_surface(&source, aspect, pyramid);
+    free(source.gradient);
     if (status != STATUS_OK)
         view_pyramid_finish(pyramid);
     return status;
@@ -561,7 +445,8 @@ void view_pyramid_finish(struct view_pyramid *pyramid) {
     for (int l = 0; l < pyramid->count; l++) {
         free(pyramid->level[l].medium);
         free(pyramid->level[l].left);
-        free(pyramid->level[l].facing);
+        for (int k = 0; k < VIEW_MOMENTS; k++)
+            free(pyramid->level[l].moments[k]);
     }
     *pyramid = (struct view_pyramid){0};
 }

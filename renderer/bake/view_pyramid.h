@@ -32,8 +32,8 @@
  * highest; E is what such a ray gathers, from either end. Both axes and both ends are one value,
  * their mean.
  *
- * How far the normals that are seen face the viewer is kept apart from their mean over azimuths (or
- * ends): of all that this takes away, it is what light needs.
+ * Of the normals that are seen two moments are kept, and how far they turn with the viewer:
+ * view_source.h.
  *
  * Lengths along u and v are the shell's (`aspect`); those of one shell differ from place to place,
  * and the mean is taken: at a slant of 0 nothing depends on it.
@@ -62,8 +62,9 @@ struct view_pyramid {
          * the bottom up. */
         float *medium; /* 4: T lost in the layer times its colour; T lost */
         float *left;   /* 1: T, let through to the layer */
-        float *facing; /* 4: T lost times w n; times how far that faces the viewer, for each unit of
-                          the way to him along the surface. NULL where unlit */
+        /* 4 each: T lost times the normals' moments (view_source.h): m and m_t; M_uu, M_vv, M_ww
+         * and t_m along u; M_uv, M_uw, M_vw and t_m along v. NULL where unlit. */
+        float *moments[VIEW_MOMENTS];
     } level[PYRAMID_LEVELS_MAX];
 };
 

@@ -53,10 +53,11 @@ static void free_entry(struct bake_cache *cache, struct entry *entry) {
     cache->bytes -= entry->bytes;
     const struct baked *b = &entry->baked;
     /* Names of 0 are ignored by the GL. */
-    glDeleteTextures(12, (const GLuint[]){b->medium, b->solid, b->medium_gradient,
-                                          b->solid_gradient, b->medium_mips, b->gradient_mips,
-                                          b->medium_views, b->gradient_views, b->left_views,
-                                          b->medium_leap, b->solid_leap, b->strands});
+    glDeleteTextures(11,
+                     (const GLuint[]){b->medium, b->solid, b->medium_gradient, b->solid_gradient,
+                                      b->medium_mips, b->gradient_mips, b->medium_views,
+                                      b->left_views, b->medium_leap, b->solid_leap, b->strands});
+    glDeleteTextures(VIEW_MOMENTS, b->moment_views);
     free(entry);
 }
 
@@ -244,7 +245,7 @@ static GLuint make_array(const struct view_pyramid *pyramid, GLenum format) {
 /* What is seen of the medium from each side, beside the medium itself. */
 static enum status add_views(struct work *work, bool lit, const double aspect[2]) {
     struct baked *baked = &work->entry->baked;
-    if (!work->volume->medium || (baked->medium_views && (baked->gradient_views || !lit)))
+    if (!work->volume->medium || (baked->medium_views && (baked->moment_views[0] || !lit)))
         return STATUS_OK;
     enter_stage(work, REPORT_STAGE_bake);
     struct view_pyramid pyramid;
@@ -257,8 +258,8 @@ static enum status add_views(struct work *work, bool lit, const double aspect[2]
         baked->medium_views = make_array(&pyramid, GL_RGBA32F);
         baked->left_views = make_array(&pyramid, GL_R32F);
     }
-    if (lit && pyramid.count > 0)
-        baked->gradient_views = make_array(&pyramid, GL_RGBA32F);
+    for (int k = 0; k < VIEW_MOMENTS && lit && pyramid.count > 0; k++)
+        baked->moment_views[k] = make_array(&pyramid, GL_RGBA32F);
     for (int l = 0; l < pyramid.count; l++) {
         const struct view_level *level = &pyramid.level[l];
         int width = level->size[0], height = level->size[1], layers = pyramid.layers * VIEW_SIDES;
@@ -269,10 +270,10 @@ static enum status add_views(struct work *work, bool lit, const double aspect[2]
             glTextureSubImage3D(baked->left_views, l, 0, 0, 0, width, height, layers, GL_RED,
                                 GL_FLOAT, level->left);
         }
-        if (lit)
-            glTextureSubImage3D(baked->gradient_views, l, 0, 0, 0, width, height, layers, GL_RGBA,
-                                GL_FLOAT, level->facing);
-        work->uploaded += texels * ((medium ? 20 : 0) + (lit ? 16 : 0));
+        for (int k = 0; k < VIEW_MOMENTS && lit; k++)
+            glTextureSubImage3D(baked->moment_views[k], l, 0, 0, 0, width, height, layers, GL_RGBA,
+                                GL_FLOAT, level->moments[k]);
+        work->uploaded += texels * ((medium ? 20 : 0) + (lit ? 16 * VIEW_MOMENTS : 0));
     }
     view_pyramid_finish(&pyramid);
     return gl_check("uploading a filtered material", work->err);

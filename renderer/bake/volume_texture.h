@@ -14,6 +14,7 @@
 #include "api/status.h"
 #include "renderer/asset/volume.h"
 #include "renderer/gl/clock.h"
+#include "shaders/interface.h"
 
 /* Texture names; 0 where the material has no such part, so that a path can leave the fetch out. */
 struct baked {
@@ -41,7 +42,7 @@ struct baked {
     /* Beside `medium` and `medium_gradient`: GL_TEXTURE_2D_ARRAY over (u, v), view_pyramid.h, of
      * half as many texels along u and v and all coarser levels; 0 until the material is asked for
      * with the filter `view`, and where u and v are of one voxel each. */
-    GLuint medium_views, left_views, gradient_views;
+    GLuint medium_views, left_views, moment_views[VIEW_MOMENTS];
     double aspect[2]; /* that they were made for */
 };
 
@@ -74,7 +75,7 @@ struct bake_filter {
 
 /* The same for a medium that is read through a filter. `mip`: `medium_mips` stands in for `medium`,
  * and `gradient_mips` for `medium_gradient`, which are not made for it. `view`: `medium_views` and
- * `gradient_views` come beside them. */
+ * `moment_views` come beside them. */
 enum status bake_acquire_filtered(struct bake_cache *cache, const struct volume *volume, bool lit,
                                   const struct bake_filter *filter, const struct baked **baked,
                                   bool *made, uint64_t *upload_bytes, struct stage_clock *clock,

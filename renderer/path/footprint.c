@@ -6,7 +6,7 @@
 
 #include "shaders/interface.h"
 
-enum { VIEW_MIB_MAX = 256 }; /* as the cache of textures holds */
+enum { VIEW_MIB_MAX = 512 };
 
 static void cross(const double a[3], const double b[3], double out[3]) {
     out[0] = a[1] * b[2] - a[2] * b[1];
@@ -87,10 +87,12 @@ static enum status refuse(const struct path_object *object, const char *why, str
 }
 
 /* What is seen from each side takes much more room than the voxels: levels from half the size on
- * (together 4/3 of the first), of 36 bytes a texel where lit. */
+ * (together 4/3 of the first), of 20 bytes a texel, and 16 for each texture of moments where lit.
+ */
 static double view_mib(const struct volume *volume) {
     double texels = volume->size[0] / 2.0 * (volume->size[1] / 2.0) * 4 / 3;
-    return texels * volume->size[2] * VIEW_SIDES * 36 / (1 << 20);
+    int bytes = 20 + (volume->lit ? 16 * VIEW_MOMENTS : 0);
+    return texels * volume->size[2] * VIEW_SIDES * bytes / (1 << 20);
 }
 
 /* Several media are walked through together (joint.h), which reads voxels or mips. */
@@ -127,7 +129,7 @@ enum status footprint_choose_filters(struct path_object *objects, size_t count, 
             view_mib(object->volume) > VIEW_MIB_MAX)
             return refuse(object,
                           "what is seen from each side of so many voxels would take more than "
-                          "256 MiB: take `mip`, or fewer voxels",
+                          "512 MiB: take `mip`, or fewer voxels",
                           err);
         if (object->footprint > 1) {
             object->filter = asked;

@@ -145,6 +145,8 @@ void frame_set_shell(struct frame *frame, const struct path_object *object) {
         frame->v[FRAME_FILL][i] = (float)(volume->emission[i] * thickness);
         frame->v[FRAME_GLOW][i + 1] = (float)volume->tint[i];
     }
+    for (int i = 0; i < 2 && object->filter == SCENE_FILTER_VIEW; i++)
+        frame->v[FRAME_NORMAL + i][3] = (float)object->baked->aspect[i];
     frame->v[FRAME_CONSTANT][3] = (float)extinction;
     frame->v[FRAME_FILL][3] = (float)(volume->absorption * thickness);
     frame->v[FRAME_GLOW][0] = (float)volume->glow;

@@ -165,7 +165,8 @@ static inline void path_object_bind_medium(const struct path_object *object, GLu
     if (object->filter == SCENE_FILTER_VIEW) {
         glBindTextureUnit(BINDING_VIEW, baked->medium_views);
         glBindTextureUnit(BINDING_VIEW_LEFT, baked->left_views);
-        glBindTextureUnit(BINDING_VIEW_GRADIENT, baked->gradient_views);
+        for (GLuint k = 0; k < VIEW_MOMENTS; k++)
+            glBindTextureUnit(BINDING_VIEW_MOMENTS + k, baked->moment_views[k]);
     }
 }
 

@@ -127,6 +127,49 @@ static void planes_keep_their_mean_at_any_slant(void **state) {
     assert_true(sum_view < 0.5 * sum_mip);
 }
 
+#define LIT_PLANE                                                                                  \
+    "{'image': {'width': 12, 'height': 12, 'samples': %d}, 'lights': [{'direction': [%g, %g, "     \
+    "%g], 'color': [3, 3, 3]}], 'ambient': [0, 0, 0], 'camera': {'eye': [0, -3, 3], 'target': "    \
+    "[0, 0, 0], 'up': [0, 0, 1], 'ortho_height': 1}, 'objects': [{'shell': {'mesh': {'shape': "    \
+    "'plane', 'size': [8, 8], 'divisions': [2, 2]}, 'thickness': 0.12, 'tiles': [48, 48], "        \
+    "'material': {'builtin': 'fur', 'size': [%d, %d, %d], 'specular': %g, 'shininess': 32}}, "     \
+    "'path': 'tetra', 'quality': {'samples': 64, 'filter': '%s'}}]}"
+
+/* Light falls on each normal that a sample sees, not on their mean. Fur at 45 degrees, 32 voxels a
+ * sample and more, lit from the viewer's side, from beyond, aside, and from above; voxels as high
+ * as wide, 3 and 11 times as high; glossy. Measured: colours off by 2.8 % at most, 11 % where
+ * glossy; light on their mean made them 24 % too dark to 96 % too bright, glossy ones three times
+ * as bright. */
+static void lit_planes_keep_their_mean(void **state) {
+    (void)state;
+    static const struct {
+        double light[3];
+        int size[3];
+        double specular, most; /* of the mean's error, over the mean */
+    } rows[] = {{{0, 1, -1}, {64, 64, 16}, 0, 0.04},  {{0, -1, -1}, {64, 64, 16}, 0, 0.04},
+                {{1, 0, -1}, {64, 64, 16}, 0, 0.04},  {{0, 0, -1}, {64, 64, 16}, 0, 0.04},
+                {{-1, 1, -2}, {32, 32, 32}, 0, 0.04}, {{-1, 1, -2}, {128, 128, 8}, 0, 0.04},
+                {{0, 1, -1}, {64, 64, 16}, 1, 0.13},  {{0, -1, -1}, {64, 64, 16}, 1, 0.13},
+                {{1, 0, -1}, {64, 64, 16}, 1, 0.13}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        double mean[2] = {0};
+        for (int f = 0; f < 2; f++) {
+            struct render_result result;
+            assert_int_equal(support_draw(renderer, &result, LIT_PLANE, f ? 1 : TRUTH,
+                                          rows[i].light[0], rows[i].light[1], rows[i].light[2],
+                                          rows[i].size[0], rows[i].size[1], rows[i].size[2],
+                                          rows[i].specular, f ? "view" : "none"),
+                             STATUS_OK);
+            for (size_t p = 0; p < 12 * 12; p++)
+                for (size_t c = 0; c < 3; c++)
+                    mean[f] += (double)result.pixels[4 * p + c];
+            render_result_finish(&result);
+        }
+        if (!(fabs(mean[1] / mean[0] - 1) < rows[i].most))
+            fail_msg("row %zu: %g, not %g", i, mean[1], mean[0]);
+    }
+}
+
 /* Where no sample covers a voxel nothing is made, compiled or fetched for it. */
 static void near_by_nothing_is_filtered(void **state) {
     (void)state;
@@ -231,7 +274,7 @@ static void what_is_refused_and_warned_of(void **state) {
     assert_int_equal(
         support_draw(renderer, &result, TORUS, 1, "fur", "view", ", 'method': 'hybrid'"),
         STATUS_NOT_IMPLEMENTED);
-    /* Seven views of 256 x 256 x 64 voxels are 350 MB. */
+    /* Seven views of 256 x 256 x 64 voxels are 680 MB. */
     assert_int_equal(support_draw(renderer, &result, PLANE, 1, -300.0, 300.0, 3.0, 4.0, 4.0, 4.0,
                                   4.0, "fur", 256, 256, 64, "view"),
                      STATUS_NOT_IMPLEMENTED);
@@ -248,6 +291,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_is_nearer_to_many_samples),
         cmocka_unit_test(planes_keep_their_mean_at_any_slant),
+        cmocka_unit_test(lit_planes_keep_their_mean),
         cmocka_unit_test(near_by_nothing_is_filtered),
         cmocka_unit_test(extremes),
         cmocka_unit_test(several_shells),
