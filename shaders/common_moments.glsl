@@ -9,8 +9,8 @@
  * known. |x| lies between |mu| and sqrt(q). Where mu = 0 it is k sqrt(q), with k^2 = 1 where all normals
  * are +-n, 3/4 where they are spread over the sphere, 8 / pi^2 around a strand: 5/8 + 3/8 tr(M^2) / (tr M)^2 is
  * right for the first two and by 0.1 % for the third. Between, powers of 5/2 are added:
- * |x|^(5/2) = |mu|^(5/2) + (k s)^(5/2), s^2 = q - mu^2, by less than 0.01 right for the lit halves of
- * strands and spheres seen from anywhere, where powers of 2 and 3 are by 0.02 too bright and too dark. */
+ * |x|^(5/2) = |mu|^(5/2) + (k s)^(5/2), s^2 = q - mu^2, right to 0.014 for the halves of strands and
+ * spheres that are seen from one side, and for fur's and clouds' voxels (tests/unit/test_moments.c). */
 vec3 moments_mean = vec3(0.0), moments_squares = vec3(0.0), moments_products = vec3(0.0);
 mat3 moments_to_world = mat3(0.0);
 float moments_over_mean, moments_over_square, moments_k2;
@@ -52,21 +52,24 @@ float moments_lambert(vec3 l) {
 }
 
 #if (VARIANT & FLAG_SPECULAR) != 0
-/* The mean of max(n.h, 0)^p. Of normals as slopes about h, (n.h)^p = (1 + |slope|^2)^(-p/2) is nearly
- * exp(-p |slope|^2 / 2); its mean over a Gaussian with the mean b and the covariance C is
- * exp(-p b^T (1 + p C)^-1 b / 2) / sqrt(det(1 + p C)) (Olano & Baker 2010), of those in front of h. Slopes'
- * moments are those of n across h, over the mean square along h: right for normals in a narrow cone and for
- * those all over the sphere, 1 / (2 (p + 1)). */
+/* The mean of max(n.h, 0)^p. Of normals as slopes about h, n across h over n.h, (n.h)^p =
+ * (1 + |slope|^2)^(-p/2) is nearly exp(-p |slope|^2 / 2); its mean over a Gaussian with the mean b and the
+ * covariance C is exp(-p b^T (1 + p C)^-1 b / 2) / sqrt(det(1 + p C)) (Olano & Baker 2010), of those in
+ * front of h. Slopes weighted by (n.h)^2 have moments that are those of M: b = M_th / M_hh, and the mean square
+ * M_tt / M_hh. Right for +-n, for normals in a narrow cone, and for those all over the sphere,
+ * 1 / (2 (p + 1)). */
 float moments_gloss(vec3 h, float p) {
     vec2 along = moments_along(h);
     vec3 across = abs(h.z) < 0.7 ? vec3(-h.y, h.x, 0.0) : vec3(0.0, -h.z, h.y);
     across *= inversesqrt(max(dot(across, across), 1.0e-20));
     vec3 to = h * moments_to_world, t = across * moments_to_world, s = cross(h, across) * moments_to_world;
-    float q = max(dot(to, moments_times(to)) * moments_over_square, 1.0e-6);
-    vec3 Mt = moments_times(t) * (moments_over_square / q), Ms = moments_times(s) * (moments_over_square / q);
-    vec2 b = vec2(dot(moments_mean, t), dot(moments_mean, s)) * (moments_over_mean * inversesqrt(q));
-    float tt = 1.0 + p * max(dot(t, Mt) - b.x * b.x, 0.0), ss = 1.0 + p * max(dot(s, Ms) - b.y * b.y, 0.0);
-    float ts = p * (dot(t, Ms) - b.x * b.y), det = max(tt * ss - ts * ts, 1.0);
+    vec3 Mh = moments_times(to);
+    float over_q = moments_over_square / max(dot(to, Mh) * moments_over_square, 1.0e-6);
+    vec2 b = vec2(dot(t, Mh), dot(s, Mh)) * over_q;
+    vec3 Ms = moments_times(s);
+    float tt = 1.0 + p * max(dot(t, moments_times(t)) * over_q - b.x * b.x, 0.0);
+    float ss = 1.0 + p * max(dot(s, Ms) * over_q - b.y * b.y, 0.0);
+    float ts = p * (dot(t, Ms) * over_q - b.x * b.y), det = max(tt * ss - ts * ts, 1.0);
     float away = (ss * b.x * b.x - 2.0 * ts * b.x * b.y + tt * b.y * b.y) / det;
     float front = 0.5 + 0.5 * along.x / max(along.y, 1.0e-10);
     return front * exp(-0.5 * p * max(away, 0.0)) * inversesqrt(det);

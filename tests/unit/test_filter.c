@@ -238,6 +238,51 @@ static void extremes(void **state) {
     }
 }
 
+#define LIT_EXTREME                                                                                \
+    "{'image': {'width': 16, 'height': 16, 'samples': 1}, 'lights': [{'direction': [1, 2, -3], "   \
+    "'color': [1, 1, 1]}], 'ambient': [0, 0, 0], 'camera': {'eye': [0, %g, %g], 'fov_y_deg': "     \
+    "%g}, "                                                                                        \
+    "'objects': [{'transform': {'scale': [-1, 1, 1]}, 'shell': {'mesh': {'shape': '%s'}, "         \
+    "'thickness': %g, 'tiles': [%g, %g], 'material': {'builtin': '%s', 'size': [%d, %d, %d], "     \
+    "'specular': 1, 'shininess': %g}}, 'path': 'tetra', 'quality': {'filter': 'view'}}]}"
+
+/* Shells as thin as a millionth, tiles drawn out a million times, the poles of a sphere, lobes of
+ * any width: light is finite, and no more than a white Lambert and Blinn surface gives. */
+static void light_stays_within_its_range(void **state) {
+    (void)state;
+    static const struct {
+        double eye[2], fov, thickness, tiles[2], shininess;
+        const char *shape, *material;
+        int size[3];
+    } rows[] = {
+        {{-48, 35}, 2.6, 0.12, {120, 60}, 1, "torus", "fur", {64, 64, 16}},
+        {{-48, 35}, 2.6, 1e-6, {1e4, 1e4}, 1e4, "torus", "fur", {16, 16, 8}},
+        {{-48, 35}, 2.6, 0.1, {0.01, 1e4}, 10, "torus", "clouds", {16, 16, 8}},
+        {{-1, 60}, 3, 0.15, {400, 400}, 1e3, "sphere", "clouds", {32, 32, 8}},
+        {{-1, 1e5}, 1e-3, 0.15, {400, 4}, 1e3, "sphere", "chain", {33, 7, 5}},
+        {{-40, 1}, 3, 0.5, {4000, 4000}, 100, "plane", "fur", {1, 512, 2}},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct render_result result;
+        double least = INFINITY, most = 0;
+        assert_int_equal(support_draw(renderer, &result, LIT_EXTREME, rows[i].eye[0],
+                                      rows[i].eye[1], rows[i].fov, rows[i].shape, rows[i].thickness,
+                                      rows[i].tiles[0], rows[i].tiles[1], rows[i].material,
+                                      rows[i].size[0], rows[i].size[1], rows[i].size[2],
+                                      rows[i].shininess),
+                         STATUS_OK);
+        assert_true(told(&result, "filter"));
+        for (size_t p = 0; p < 16 * 16 * 4; p++) {
+            assert_true(isfinite(result.pixels[p]));
+            least = fmin(least, (double)result.pixels[p]);
+            most = fmax(most, (double)result.pixels[p]);
+        }
+        if (least < 0 || most > 2.001)
+            fail_msg("row %zu: %g to %g", i, least, most);
+        render_result_finish(&result);
+    }
+}
+
 #define TWO                                                                                        \
     "{'image': {'width': 32, 'height': 32, 'samples': %d}, 'camera': {'eye': [0, -48, 35.2], "     \
     "'fov_y_deg': 2.6}, 'objects': [{'shell': {'mesh': {'shape': 'torus'}, 'thickness': 0.12, "    \
@@ -294,6 +339,7 @@ int main(void) {
         cmocka_unit_test(lit_planes_keep_their_mean),
         cmocka_unit_test(near_by_nothing_is_filtered),
         cmocka_unit_test(extremes),
+        cmocka_unit_test(light_stays_within_its_range),
         cmocka_unit_test(several_shells),
         cmocka_unit_test(what_is_refused_and_warned_of),
     };
