@@ -138,7 +138,7 @@ static void test_cut_links(void **state) {
     }
     struct shell *shell = NULL;
     assert_int_equal(shell_build(&bent, 0.3, tiles, "", &shell, &err), STATUS_OK);
-    assert_true(shell->diagnosis.inverted > 0 && shell->diagnosis.flat > 0 && shell->open);
+    assert_true(shell->diagnosis.inverted > 0 && shell->diagnosis.flat > 0);
     /* The table for the shaders tells which prisms' cells are turned differently. */
     float(*map)[MAP_TEXELS][4] = malloc(shell->tetra_count * sizeof *map);
     assert_non_null(map);
