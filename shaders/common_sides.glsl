@@ -46,9 +46,10 @@ uint nearer_side(uint part, vec3 q) {
 /* Where a ray passes a side. */
 struct Passing {
     REAL t;
-    vec2 at;    /* s and w, within [0, 1] */
-    bool meets; /* the ray goes through the side there, not past its ends */
-    bool ruled; /* the prism has such sides */
+    vec2 at;     /* s and w, within [0, 1] */
+    bool meets;  /* the ray goes through the side there */
+    bool misses; /* it goes through both its plane faces, and not through the side */
+    bool ruled;  /* the prism has such sides */
 };
 
 /* (b1, b2, w) of a point of a side. */
@@ -73,6 +74,21 @@ REAL3 bottom_of(int at, int k) {
     return b;
 }
 
+/* Where the quadratic falls (r > 0) or rises (r < 0), and whether that is a point of the side, not beyond its
+ * ends. */
+void side_root(REAL2 qi, REAL2 qj, REAL2 pi, REAL2 pj, REAL c, REAL u, REAL a, REAL r, out REAL s, out REAL w,
+               out bool within) {
+    bool adds = r >= 0.0 ? u >= 0.0 : u <= 0.0; /* of two forms the one that does not cancel */
+    w = adds ? over(c, u + r) : over(u - r, a);
+    within = w >= 0.0 && w <= 1.0;
+    w = clamp(w, REAL(0.0), REAL(1.0));
+    qi += w * pi;
+    REAL2 on = qj + w * pj - qi;
+    s = -dot(qi, on) / max(dot(on, on), REAL(1.0e-37));
+    within = within && s >= 0.0 && s <= 1.0;
+    s = clamp(s, REAL(0.0), REAL(1.0));
+}
+
 /* The ray o + t d, o relative to the prism's first corner; U, V and d are at right angles. */
 Passing pass_side(int prism, uint side, bool leaves, REAL3 o, REAL3 d, REAL3 U, REAL3 V) {
     int at = prism * SIDE_TEXELS, i = side == SIDE_12 ? 1 : 0, j = side == SIDE_01 ? 1 : 2;
@@ -81,25 +97,30 @@ Passing pass_side(int prism, uint side, bool leaves, REAL3 o, REAL3 d, REAL3 U, 
     REAL3 oi = REAL3(ti.xyz), oj = REAL3(tj.xyz);
     REAL2 qi = REAL2(dot(U, bi), dot(V, bi)), qj = REAL2(dot(U, bj), dot(V, bj));
     REAL2 pi = REAL2(dot(U, oi), dot(V, oi)), pj = REAL2(dot(U, oj), dot(V, oj));
-    REAL c = cross_of(qi, qj), u = -0.5 * (cross_of(qi, pj) + cross_of(pi, qj)), a = cross_of(pi, pj);
-    /* Squares of them shall neither vanish nor overflow. */
-    REAL most = max(max(abs(c), abs(a)), max(abs(u), REAL(1.0e-37)));
+    REAL c = cross_of(qi, qj), ij = cross_of(qi, pj), ji = cross_of(pi, qj), a = cross_of(pi, pj);
+    /* Which of the plane faces b_i b_j t_j and b_i t_i t_j are met (common_ruled.glsl). */
+    bool bottom = c > 0.0, diagonal = c + ij > 0.0, top = c + ij + ji + a > 0.0;
+    bool lower = bottom == cross_of(qj, pj) > 0.0 && bottom != diagonal;
+    bool upper = top == cross_of(qi, pi) > 0.0 && top != diagonal;
+    /* Squares shall neither vanish nor overflow. */
+    REAL u = -0.5 * (ij + ji), most = max(max(abs(c), abs(a)), max(abs(u), REAL(1.0e-37)));
     c /= most;
     u /= most;
     a /= most;
     REAL r2 = u * u - a * c, r = sqrt(max(r2, REAL(0.0)));
     bool falls = ((ti.w > 0.0) == leaves) != (side == SIDE_02);
-    bool adds = falls ? u >= 0.0 : u <= 0.0; /* of two forms the one that does not cancel */
-    r = falls ? r : -r;
-    REAL w = adds ? over(c, u + r) : over(u - r, a);
-    bool meets = ti.w != 0.0 && r2 >= 0.0 && w >= 0.0 && w <= 1.0;
-    w = clamp(w, REAL(0.0), REAL(1.0));
-    qi += w * pi;
-    REAL2 on = qj + w * pj - qi;
-    REAL s = -dot(qi, on) / max(dot(on, on), REAL(1.0e-37));
-    meets = meets && s >= 0.0 && s <= 1.0;
-    s = clamp(s, REAL(0.0), REAL(1.0));
+    bool within, other_within;
+    REAL s, w;
+    side_root(qi, qj, pi, pj, c, u, a, falls ? -r : r, s, w, other_within);
+    side_root(qi, qj, pi, pj, c, u, a, falls ? r : -r, s, w, within);
+    Passing passing;
+    passing.at = vec2(s, w);
     bi += w * oi;
     bj += w * oj;
-    return Passing(dot(bi + s * (bj - bi), d) / dot(d, d), vec2(s, w), meets, ti.w != 0.0);
+    passing.t = dot(bi + s * (bj - bi), d) / dot(d, d);
+    passing.ruled = ti.w != 0.0;
+    bool twice = lower && upper, through = r2 >= 0.0 && within && other_within;
+    passing.meets = passing.ruled && (twice ? through : lower ? bottom == falls : upper && top != falls);
+    passing.misses = passing.ruled && twice && !through;
+    return passing;
 }

@@ -90,7 +90,9 @@ void main() {
     REAL3 U = normalize(cross(d_unit, aside)), V = cross(d_unit, U);
     /* Whether the last cell was left by a side: of which prism's corners it was, where, and its t, which
      * may lie before what has been passed. */
-    bool by_side = false, arrived = false, beside = false;
+    bool by_side = false, arrived = false, beside = false, resumed = false;
+    vec3 a_left = vec3(0.0);
+    vec2 m_left = vec2(0.0);
     uint side = SIDE_01, via = SIDE_01, missed = LINK_NONE;
     vec2 at_side = vec2(0.0);
     REAL t_side = REAL(0.0);
@@ -184,13 +186,18 @@ void main() {
         m_from = from_side ? q_from.z * q_from.xy : m_from;
         a_to = through_side ? q_to : a_to;
         m_to = through_side ? q_to.z * q_to.xy : m_to;
+        a_from = resumed && !enters ? a_left : a_from;
+        m_from = resumed && !enters ? m_left : m_from;
         t_out = max(t_to, -1.0 - near);
         t_in = arrives ? t_out : t_in;
         next = arrives ? here : next;
         next_face = arrives ? 4u : next_face;
-        bool misses = goes <= SIDE_02 && passing.ruled && !passing.meets && !skips;
+        bool misses = goes <= SIDE_02 && passing.misses && !skips;
         missed = !arrives && misses ? uint(cell / 3) << 2 | goes : LINK_NONE;
-        beside = arrives ? !passing.meets && !back : skips ? goes >= IN_01 : misses;
+        a_left = misses ? a_to : a_left;
+        m_left = misses ? m_to : m_left;
+        resumed = back || (skips && goes == via);
+        beside = arrives ? passing.misses && !back : skips ? goes >= IN_01 : misses;
         /* What a cell has nothing of goes on to the next of the prism. */
         by_side = through_side || (from_side && t_to <= t_from);
         side = through_side ? asked : came <= SIDE_02 ? came : side;
