@@ -192,8 +192,8 @@ void main() {
         t_in = arrives ? t_out : t_in;
         next = arrives ? here : next;
         next_face = arrives ? 4u : next_face;
-        bool misses = goes <= SIDE_02 && passing.misses && !skips;
-        missed = !arrives && misses ? uint(cell / 3) << 2 | goes : LINK_NONE;
+        bool misses = goes <= SIDE_02 && passing.misses && !skips && !arrives;
+        missed = misses ? uint(cell / 3) << 2 | goes : LINK_NONE;
         a_left = misses ? a_to : a_left;
         m_left = misses ? m_to : m_left;
         resumed = back || (skips && goes == via);
