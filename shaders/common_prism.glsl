@@ -129,6 +129,14 @@ Way way_at_point(uint cell, vec2 uv0, vec3 a, vec2 m) {
     return way;
 }
 
+/* Another segment through the same prism. */
+void way_change(inout Way way, vec3 a, vec3 a_on, vec2 m, vec2 m_on) {
+    way.a = a;
+    way.a_on = a_on;
+    way.m = m;
+    way.m_on = m_on;
+}
+
 /* Makes [from, to] the way's [0, 1]. */
 void way_cut(inout Way way, float from, float to) {
     way.a += from * way.a_on;

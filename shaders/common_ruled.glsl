@@ -11,13 +11,13 @@
  *
  * With u = c_0 - c_1, a = c_0 - 2 c_1 + c_2, r^2 = c_1^2 - c_0 c_2 it falls through 0 at
  * w = c_0 / (u + r) = (u - r) / a and rises at c_0 / (u - r) = (u + r) / a: one of each, and which of them a
- * ray takes is known beforehand. So nothing is searched for and nothing can be missed.
+ * ray takes is known beforehand.
  *
  * Which faces a ray meets, and in what order, plane faces say as ever: that is what cells are sorted
  * by, and what loses no ray. Only where it meets them is the side's. Both surfaces hang on the same four edges,
  * so a ray that meets one of the two faces of a side meets the side once, and in the same direction. One
- * that meets both touches the fold between them alone: the side is not looked for, and between the two
- * it stays in the prism that it came from. One that meets neither may still meet the side twice, which
+ * that meets both meets the side twice, or not at all: then it touches the fold between them alone, and between
+ * the two it stays in the prism that it came from. One that meets neither may still meet the side twice, which
  * is not seen: rays that graze a side within the angle of its twist.
  *
  * chi, the sign of det dP and of the view's handedness together, tells directions: w grows along the
@@ -144,6 +144,24 @@ Face meet_triangle(Edge e12, Edge e02, Edge e01, REAL h0, REAL h1, REAL h2, vec3
                 End(l.x * h0 + l.y * h1 + l.z * h2, f.x * a0 + f.y * a1 + f.z * a2, f.y * m1 + f.z * m2));
 }
 
+/* Where a side is met: where its quadratic falls (r > 0) or rises (r < 0); and whether that is a point of the
+ * side, not beyond its ends. */
+End side_end(Corner bi, Corner ti, Corner bj, Corner tj, REAL k0, REAL k1, REAL k2, REAL r, vec2 at_i, vec2 at_j,
+             out bool within) {
+    REAL u = k0 - k1, a = u - (k1 - k2);
+    bool adds = r >= 0.0 ? u >= 0.0 : u <= 0.0; /* of two forms the one that does not cancel */
+    REAL w = adds ? over(k0, u + r) : over(u - r, a);
+    within = w >= 0.0 && w <= 1.0;
+    w = clamp(w, REAL(0.0), REAL(1.0));
+    REAL2 qi = bi.q + w * (ti.q - bi.q), d = bj.q + w * (tj.q - bj.q) - qi;
+    REAL s = -dot(qi, d) / max(dot(d, d), REAL(1.0e-37));
+    within = within && s >= 0.0 && s <= 1.0;
+    s = clamp(s, REAL(0.0), REAL(1.0));
+    REAL hi = bi.h + w * (ti.h - bi.h), hj = bj.h + w * (tj.h - bj.h);
+    vec2 b = at_i + float(s) * (at_j - at_i);
+    return End(hi + s * (hj - hi), vec3(b, w), float(w) * b);
+}
+
 /* The side between the corners i < j, which have (b1, b2) = at_i, at_j: its faces b_i b_j t_j and
  * b_i t_i t_j. */
 void meet_side(Corner bi, Corner ti, Corner bj, Corner tj, Edge bottom, Edge top, Edge diagonal, Edge edge_i,
@@ -156,21 +174,23 @@ void meet_side(Corner bi, Corner ti, Corner bj, Corner tj, Edge bottom, Edge top
                           vec3(at_j, 1.0), at_i, at_j);
     upper.enters = top.p == enters_rising;
 
-    bool falls = lower.met ? bottom.p : !top.p;
     REAL c1 = 0.5 * (diagonal.e + edge(ti, bj).e);
     /* Squares of them shall neither vanish nor overflow. */
     REAL most = max(max(abs(bottom.e), abs(top.e)), max(abs(c1), REAL(1.0e-37)));
     REAL k0 = bottom.e / most, k1 = c1 / most, k2 = top.e / most;
-    REAL u = k0 - k1, a = u - (k1 - k2), r = sqrt(max(k1 * k1 - k0 * k2, REAL(0.0)));
-    bool adds = falls ? u >= 0.0 : u <= 0.0; /* of two forms the one that does not cancel */
-    r = falls ? r : -r;
-    REAL w = clamp(adds ? over(k0, u + r) : over(u - r, a), REAL(0.0), REAL(1.0));
-    REAL2 qi = bi.q + w * (ti.q - bi.q), d = bj.q + w * (tj.q - bj.q) - qi;
-    REAL s = clamp(-dot(qi, d) / max(dot(d, d), REAL(1.0e-37)), REAL(0.0), REAL(1.0));
-    REAL hi = bi.h + w * (ti.h - bi.h), hj = bj.h + w * (tj.h - bj.h);
-    vec2 b = at_i + float(s) * (at_j - at_i);
-    choose(ruled && lower.met != upper.met, End(hi + s * (hj - hi), vec3(b, w), float(w) * b), lower.end);
-    choose(ruled, lower.end, upper.end);
+    REAL r2 = k1 * k1 - k0 * k2, r = sqrt(max(r2, REAL(0.0)));
+    bool falls = lower.met ? bottom.p : !top.p, twice = lower.met && upper.met;
+    bool first_within, second_within;
+    End first = side_end(bi, ti, bj, tj, k0, k1, k2, falls ? r : -r, at_i, at_j, first_within);
+    End second = side_end(bi, ti, bj, tj, k0, k1, k2, falls ? -r : r, at_i, at_j, second_within);
+    bool through = !twice || (r2 >= 0.0 && first_within && second_within);
+    choose(ruled && through, first, lower.end);
+    choose(ruled && !twice, first, upper.end);
+    choose(ruled && twice && through, second, upper.end);
+    End sooner = lower.end;
+    choose(upper.end.h < lower.end.h, upper.end, sooner);
+    choose(ruled && !through, sooner, lower.end);
+    choose(ruled && !through, sooner, upper.end);
     count_face(lower, enter, leave);
     count_face(upper, enter, leave);
 }

@@ -205,14 +205,16 @@
 
 #define BINDING_CELLS_LOW 12 /* samplerBuffer: what fp32 leaves off the cells */
 
-/* The cells' corners for walks, whose own table has none (FLAG_RULED). */
-#define BINDING_CORNERS     6
-#define BINDING_CORNERS_LOW 29
+/* Corners of prisms for walks (FLAG_RULED): common_sides.glsl. */
+#define BINDING_SIDES 6
 
-#define CELL_TEXELS 8
-#define WALK_TEXELS 6
-#define LOW_TEXELS  3 /* of the four vectors that a ray is met with, one after another */
-#define MAP_TEXELS  5
+#define CELL_TEXELS  8
+#define WALK_TEXELS  6
+#define LOW_TEXELS   3 /* of the four vectors that a ray is met with, one after another */
+#define MAP_TEXELS   5
+#define SIDE_TEXELS  9
+#define SIDE_OFFSETS 3 /* after the bottoms */
+#define SIDE_LOW     6
 
 /* A cut of a prism by a plane, one texel: the prism, the plane's depth as bits, and which edge each
  * of six corners is on, four bits a corner; or that the shader finds out. */

@@ -8,7 +8,8 @@
  * never counts a stretch twice; and as each stretch begins where the last ended, lengths add up.
  *
  * FLAG_RULED: planes say only which cells are passed through. What a ray has in each ends where its prism
- * does (common_ruled.glsl), as it does where cells are drawn one by one. */
+ * does (common_sides.glsl), as it does where cells are drawn one by one. A ray that comes in by a side,
+ * through a border, takes a turn to find where. */
 #include "common_frame.glsl"
 #include "common_sample.glsl"
 #include "common_real.glsl"
@@ -22,14 +23,7 @@
 #endif
 
 #if (VARIANT & FLAG_RULED) != 0
-#include "common_edges.glsl"
-layout(binding = BINDING_CORNERS) uniform samplerBuffer corners;
-#if (VARIANT & FLAG_FP64) != 0
-layout(binding = BINDING_CORNERS_LOW) uniform samplerBuffer corners_low;
-#endif
-#define CORNERS     corners
-#define CORNERS_LOW corners_low
-#include "common_ruled.glsl"
+#include "common_sides.glsl"
 #endif
 
 layout(binding = BINDING_CELLS) uniform samplerBuffer cells;
@@ -88,6 +82,21 @@ void main() {
     Ray ray = RAY_BEGINS;
 #endif
 
+#if (VARIANT & FLAG_RULED) != 0
+    REAL3 d_unit = normalize(d), d_size = abs(d_unit);
+    REAL3 aside = d_size.x <= min(d_size.y, d_size.z) ? REAL3(1.0, 0.0, 0.0)
+                  : d_size.y <= d_size.z            ? REAL3(0.0, 1.0, 0.0)
+                                                    : REAL3(0.0, 0.0, 1.0);
+    REAL3 U = normalize(cross(d_unit, aside)), V = cross(d_unit, U);
+    /* Whether the last cell was left by a side: of which prism's corners it was, where, and its t, which
+     * may lie before what has been passed. */
+    bool by_side = false, arrived = false, beside = false, resumed = false;
+    vec3 a_left = vec3(0.0);
+    vec2 m_left = vec2(0.0);
+    uint side = SIDE_01, via = SIDE_01, missed = LINK_NONE;
+    vec2 at_side = vec2(0.0);
+    REAL t_side = REAL(0.0);
+#endif
     bool has_base = frame[FRAME_STEP].w != 0.0;
     uint here = start;
     bool walking = start != LINK_NONE;
@@ -106,6 +115,9 @@ void main() {
         int cell = int(here >> 2), face = visit == 0 && !enters ? 4 : int(here & 3u);
 #if (VARIANT & FLAG_SOLID) != 0
         bool from_boundary = enters;
+#if (VARIANT & FLAG_RULED) != 0
+        from_boundary = enters || arrived;
+#endif
 #endif
         int at = cell * WALK_TEXELS;
         vec4 c0 = texelFetch(cells, at), c1 = texelFetch(cells, at + 1);
@@ -144,6 +156,55 @@ void main() {
                     : next_face == 2u ? link.z
                     : next_face == 3u ? link.w
                                       : LINK_NONE;
+#if (VARIANT & FLAG_RULED) != 0
+        uint kind = uint(cell) % 3u, came = part_of(kind, uint(face)), goes = part_of(kind, next_face);
+        via = came <= SIDE_02 ? came : via;
+        bool comes = enters && came <= SIDE_02;
+        vec3 l_out = vec3(a1 + t_out * b1, a2 + t_out * b2, a3 + t_out * b3);
+        Way way = way_begin(uint(cell), vec2(c0.w, c1.w), l_out, vec3(0.0));
+        way_go(way, 0.0);
+        uint asked = comes ? came : goes <= SIDE_02 ? goes : nearer_side(goes, way_here(way));
+        Passing passing = pass_side(cell / 3, asked, !comes, o, d, U, V);
+        /* A side's plane faces are passed and the side is not: the ray comes back through the other of them, and
+         * has all along been in the prism that it left. */
+        bool arrives = comes && passing.ruled;
+        bool back = arrives && missed == (uint(cell / 3) << 2 | came);
+        bool skips = beside && passing.ruled && (goes >= IN_01 || goes == via);
+        bool through_side = passing.meets && !skips && !back &&
+                            (arrives || goes <= SIDE_02 || (goes >= IN_01 && passing.t < t_out));
+        /* Where the ray came in, and where it leaves, on its way from the one to the other. */
+        bool from_side = by_side && passing.ruled && !enters;
+        t_in = back ? t - near : t_in;
+        REAL t_from = from_side ? t_side - near : t_in;
+        REAL t_to = through_side ? passing.t : arrives || skips || t_out > 1.0e37 ? t_in : t_out;
+        vec3 l_from = vec3(a1 + t_from * b1, a2 + t_from * b2, a3 + t_from * b3);
+        vec3 l_to = vec3(a1 + t_to * b1, a2 + t_to * b2, a3 + t_to * b3);
+        vec3 a_from = affine_map(kind, l_from), a_to = affine_map(kind, l_to);
+        vec2 m_from = affine_products(kind, l_from), m_to = affine_products(kind, l_to);
+        vec3 q_from = side_at(came <= SIDE_02 ? came : side, at_side), q_to = side_at(asked, passing.at);
+        a_from = from_side ? q_from : a_from;
+        m_from = from_side ? q_from.z * q_from.xy : m_from;
+        a_to = through_side ? q_to : a_to;
+        m_to = through_side ? q_to.z * q_to.xy : m_to;
+        a_from = resumed && !enters ? a_left : a_from;
+        m_from = resumed && !enters ? m_left : m_from;
+        t_out = max(t_to, -1.0 - near);
+        t_in = arrives ? t_out : t_in;
+        next = arrives ? here : next;
+        next_face = arrives ? 4u : next_face;
+        bool misses = goes <= SIDE_02 && passing.misses && !skips && !arrives;
+        missed = misses ? uint(cell / 3) << 2 | goes : LINK_NONE;
+        a_left = misses ? a_to : a_left;
+        m_left = misses ? m_to : m_left;
+        resumed = back || (skips && goes == via);
+        beside = arrives ? passing.misses && !back : skips ? goes >= IN_01 : misses;
+        /* What a cell has nothing of goes on to the next of the prism. */
+        by_side = through_side || (from_side && t_to <= t_from);
+        side = through_side ? asked : came <= SIDE_02 ? came : side;
+        at_side = through_side ? passing.at : at_side;
+        t_side = through_side ? passing.t + near : t_side;
+        arrived = arrives;
+#endif
         /* No face is left only where the cell has no volume: there the ray stays where it is. */
         t_out = t_out < 1.0e37 ? max(t_out, t_in) : t_in;
         /* Where a base lies in the bottom, the ray ends at it, from either side, unless it begins
@@ -151,31 +212,22 @@ void main() {
         bool at_base = has_base && enters && IS_BOTTOM(uint(cell), uint(face)) && t_in > -1.0 - near;
         bool leaves_by_base = has_base && IS_BOTTOM(uint(cell), next_face);
         REAL t_end = at_base ? t_in : max(min(t_out, t_stop - near), t_in);
-        REAL t_passed = t_out;
 #if (VARIANT & FLAG_RULED) != 0
-        Prism prism = fetch_prism(cell / 3);
-        End from, to;
-        bool met = meet_prism(cell / 3, prism, uint(cell) % 3u, p_real, from, to);
-        /* Depths over the prism's first corner, and t from the ray's point nearest to it. */
-        REAL shift = dot(FRAME_REAL(FRAME_H_ROW, 8).xyz, prism.v0) + frame[FRAME_OU].w - near;
-        REAL extent = to.h - from.h;
-        t_passed = met ? to.h + shift : t_out;
-        t_in = met ? max(from.h + shift, -1.0 - near) : t_in;
-        t_end = max(min(t_passed, t_stop - near), t_in);
-        bool some = met && extent > 0.0 && t_end > t_in && !at_base;
+        bool some = t_to > t_from && t_end > t_in && !arrives;
         t_end = some ? t_end : t_in;
+        REAL over_extent = 1.0 / (some ? t_to - t_from : REAL(1.0));
 #endif
         float span = float(t_end - t_in) * speed;
 
 #if (VARIANT & FLAG_HOMOGENEOUS) != 0
         total += span;
-        bool finished = t_passed >= t_stop - near || at_base || leaves_by_base;
+        bool finished = t_out >= t_stop - near || at_base || leaves_by_base;
 #else
 #if (VARIANT & FLAG_EXACT) != 0
 #if (VARIANT & FLAG_RULED) != 0
-        Way way = way_between(uint(cell), prism.uv0, from.a, to.a - from.a, from.m, to.m - from.m);
-        way_cut(way, some ? float((t_in - from.h - shift) / extent) : 0.0,
-                some ? float((t_end - from.h - shift) / extent) : 0.0);
+        way_change(way, a_from, a_to - a_from, m_from, m_to - m_from);
+        way_cut(way, some ? float((t_in - t_from) * over_extent) : 0.0,
+                some ? float((t_end - t_from) * over_extent) : 0.0);
 #else
         Way way = way_begin(uint(cell), vec2(c0.w, c1.w),
                             vec3(a1 + t_in * b1, a2 + t_in * b2, a3 + t_in * b3),
@@ -254,7 +306,7 @@ void main() {
         filter_begin(way, p, float(0.5 * (t_in + t_end) + near));
 #endif
         march(ray, way, span, v);
-        bool finished = t_passed >= t_stop - near || at_base || leaves_by_base ||
+        bool finished = t_out >= t_stop - near || at_base || leaves_by_base ||
                         most_left(ray) < frame[FRAME_SCREEN].z;
 #endif
 #endif

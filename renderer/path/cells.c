@@ -13,6 +13,7 @@
 #include "renderer/path/runs.h"
 #include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
+#include "renderer/shell/grow.h"
 #include "renderer/shell/precision.h"
 
 enum { DEVICE_BYTES_MAX = 512 << 20 };
@@ -73,18 +74,18 @@ static bool append(struct outlines *out, const struct path_object *object, uint3
     if (corners == 0)
         return true;
     void *list = out->corners;
-    if (!cells_grow(&list, out->corner_count, (size_t)corners, &out->corner_capacity,
-                    sizeof *out->corners))
+    if (!list_grow(&list, out->corner_count, (size_t)corners, &out->corner_capacity,
+                   sizeof *out->corners))
         return false;
     out->corners = list;
     list = out->indices;
-    if (!cells_grow(&list, out->index_count, 3 * (size_t)corners, &out->index_capacity,
-                    sizeof *out->indices))
+    if (!list_grow(&list, out->index_count, 3 * (size_t)corners, &out->index_capacity,
+                   sizeof *out->indices))
         return false;
     out->indices = list;
     if (out->run_count == 0 || out->runs[out->run_count - 1].object != index) {
         list = out->runs;
-        if (!cells_grow(&list, out->run_count, 1, &out->run_capacity, sizeof *out->runs))
+        if (!list_grow(&list, out->run_count, 1, &out->run_capacity, sizeof *out->runs))
             return false;
         out->runs = list;
         out->runs[out->run_count++] = (struct cell_run){index, (uint32_t)out->index_count, 0};
@@ -129,8 +130,8 @@ bool outlines_append_slab(struct outlines *outlines, const struct path_object *o
                                        slab->open_high ? INFINITY : slab->high, outline);
     size_t before = outlines->corner_count;
     void *list = outlines->slab;
-    if (!cells_grow(&list, before, (size_t)corners, &outlines->slab_capacity,
-                    sizeof *outlines->slab))
+    if (!list_grow(&list, before, (size_t)corners, &outlines->slab_capacity,
+                   sizeof *outlines->slab))
         return false;
     outlines->slab = list;
     double nearest = nearest_vertex(object, tetra);
@@ -147,20 +148,6 @@ bool outlines_append_slab(struct outlines *outlines, const struct path_object *o
 }
 
 /* ---- the device ---- */
-
-bool cells_grow(void **list, size_t count, size_t more, size_t *capacity, size_t size) {
-    if (count + more <= *capacity)
-        return true;
-    size_t wanted = *capacity ? *capacity * 2 : 4096;
-    while (wanted < count + more)
-        wanted *= 2;
-    void *grown = realloc(*list, wanted * size);
-    if (!grown)
-        return false;
-    *list = grown;
-    *capacity = wanted;
-    return true;
-}
 
 static void destroy_shell(void *data) {
     struct device_shell *device = data;

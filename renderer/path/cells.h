@@ -78,10 +78,6 @@ GLuint cell_pass_table(struct cell_pass *pass, const struct shell *shell); /* 0:
 
 void cells_bind_textures(const struct path_object *object, bool solid);
 
-/* Room for `more` further elements of `size` bytes in a list; doubles. False where memory ran out.
- */
-bool cells_grow(void **list, size_t count, size_t more, size_t *capacity, size_t size);
-
 /* The state for one of the two draws: depth test and, for media, blending back to front. Ends with
  * cell_pass_end_media(). */
 void cell_pass_begin_solid(void);

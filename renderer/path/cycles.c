@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "renderer/gl/context.h"
+#include "renderer/shell/grow.h"
 
 void cycles_clear(struct cycles *cycles) {
     outlines_clear(&cycles->outlines);
@@ -110,7 +111,7 @@ enum status cycles_mask(struct cycles *cycles, struct picture *picture, struct e
     const uint32_t *box = cycles->box;
     size_t width = box[2] - box[0], height = box[3] - box[1];
     void *depth = cycles->depth;
-    if (!cells_grow(&depth, 0, 2 * width * height, &cycles->depth_capacity, sizeof *cycles->depth))
+    if (!list_grow(&depth, 0, 2 * width * height, &cycles->depth_capacity, sizeof *cycles->depth))
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory to mask samples");
     cycles->depth = depth;
     float *masked = cycles->depth + width * height;

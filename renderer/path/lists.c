@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "renderer/gl/context.h"
+#include "renderer/shell/grow.h"
 
 enum {
     BATCH_ENTRIES = 1 << 18, /* 12 MB of tables, as much of indices */
@@ -127,7 +128,7 @@ static bool gather(struct plane_lists *lists, const struct path_object *object,
         }
         if (polygons_part(object, prism, height)) {
             void *list = out->heights;
-            if (!cells_grow(&list, out->height_count, 1, &out->height_capacity, sizeof height))
+            if (!list_grow(&list, out->height_count, 1, &out->height_capacity, sizeof height))
                 return false;
             out->heights = list;
             entry.heights = (uint32_t)out->height_count;

@@ -8,6 +8,7 @@
 #include "renderer/path/frame.h"
 #include "renderer/path/shadow.h"
 #include "renderer/path/variant.h"
+#include "renderer/shell/grow.h"
 
 /* What the CPU has worked out of a corner, in full. */
 struct full_corner {
@@ -172,7 +173,7 @@ static bool reserve_run(struct polygon_pass *pass, uint32_t index) {
     if (pass->run_count && pass->runs[pass->run_count - 1].object == index)
         return true;
     void *list = pass->runs;
-    if (!cells_grow(&list, pass->run_count, 1, &pass->run_capacity, sizeof *pass->runs))
+    if (!list_grow(&list, pass->run_count, 1, &pass->run_capacity, sizeof *pass->runs))
         return false;
     pass->runs = list;
     pass->runs[pass->run_count++] = (struct cell_run){index, (uint32_t)pass->index_count, 0};
@@ -188,16 +189,16 @@ static void extend_run(struct polygon_pass *pass) {
 static bool reserve(struct polygon_pass *pass, uint32_t index) {
     bool full = pass->method == SCENE_SLICING_SOFTWARE;
     void *list = full ? (void *)pass->full : (void *)pass->named;
-    if (!cells_grow(&list, pass->count, SLICE_EDGES, &pass->capacity,
-                    full ? sizeof *pass->full : sizeof *pass->named))
+    if (!list_grow(&list, pass->count, SLICE_EDGES, &pass->capacity,
+                   full ? sizeof *pass->full : sizeof *pass->named))
         return false;
     if (full)
         pass->full = list;
     else
         pass->named = list;
     list = pass->indices;
-    if (!cells_grow(&list, pass->index_count, 3 * (size_t)SLICE_EDGES, &pass->index_capacity,
-                    sizeof *pass->indices))
+    if (!list_grow(&list, pass->index_count, 3 * (size_t)SLICE_EDGES, &pass->index_capacity,
+                   sizeof *pass->indices))
         return false;
     pass->indices = list;
     return reserve_run(pass, index);
@@ -244,7 +245,7 @@ static void append_cut(struct polygon_pass *pass, uint32_t prism, float plane, u
 static bool append_hardware(struct polygon_pass *pass, const struct path_object *object,
                             uint32_t index, uint32_t prism, double h) {
     void *list = pass->cuts;
-    if (!cells_grow(&list, pass->count, 4, &pass->capacity, sizeof *pass->cuts))
+    if (!list_grow(&list, pass->count, 4, &pass->capacity, sizeof *pass->cuts))
         return false;
     pass->cuts = list;
     if (!reserve_run(pass, index))
@@ -299,7 +300,7 @@ static enum status index_cuts(struct polygon_pass *pass, size_t cuts, struct rep
     if (cuts <= pass->indexed)
         return STATUS_OK;
     void *list = pass->indices;
-    if (!cells_grow(&list, 0, CUT_INDICES * cuts, &pass->index_capacity, sizeof *pass->indices))
+    if (!list_grow(&list, 0, CUT_INDICES * cuts, &pass->index_capacity, sizeof *pass->indices))
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for slices");
     pass->indices = list;
     size_t n = 0;

@@ -72,36 +72,13 @@ static enum status count_views(const struct scene *scene, size_t k,
     return STATUS_OK;
 }
 
-static double dot(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Where media have no base and surfaces that face one another, a map's slices are spread over all
- * of the object: most of them lie where nothing is. Told by the sum of the triangles' vectors,
- * which is nothing where a mesh is closed and their area where it is flat. */
+ * of the object: most of them lie where nothing is. */
 static int slices_for(const struct path_object *objects, size_t count) {
     for (size_t i = 0; i < count; i++) {
         const struct path_object *object = &objects[i];
-        if (!object->shell || !volume_has_medium(object->volume) || object->object->shell.has_base)
-            continue;
-        const struct mesh *mesh = object->mesh;
-        double sum[3] = {0, 0, 0}, area = 0;
-        for (uint32_t f = 0; f < mesh->triangle_count; f++) {
-            const double *p = mesh->position[mesh->vertex[f][0]];
-            const double *q = mesh->position[mesh->vertex[f][1]];
-            const double *r = mesh->position[mesh->vertex[f][2]];
-            double a[3], b[3], n[3];
-            for (int k = 0; k < 3; k++) {
-                a[k] = q[k] - p[k];
-                b[k] = r[k] - p[k];
-            }
-            for (int k = 0; k < 3; k++) {
-                n[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-                sum[k] += n[k];
-            }
-            area += sqrt(dot(n, n));
-        }
-        if (sqrt(dot(sum, sum)) < 0.5 * area)
+        if (object->shell && volume_has_medium(object->volume) && !object->object->shell.has_base &&
+            object->shell->flatness < 0.5)
             return SLICES_THROUGH;
     }
     return SLICES;

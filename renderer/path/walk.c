@@ -15,10 +15,11 @@
 #include "renderer/path/variant.h"
 #include "renderer/shell/overlap.h"
 #include "renderer/shell/precision.h"
+#include "renderer/shell/prism_map.h"
 
 enum { DEVICE_BYTES_MAX = 512 << 20, VISITS_MAX = 16384 };
 
-enum { CELLS, LINKS, LOW, CORNERS, CORNERS_LOW, TABLES };
+enum { CELLS, LINKS, LOW, SIDES, TABLES };
 
 struct device_walk {
     GLuint buffers[TABLES], textures[TABLES];
@@ -133,25 +134,20 @@ static void make_table(struct device_walk *device, int table, GLenum format, con
     picture->report->work.upload_bytes += bytes;
 }
 
-/* The cells' corners, of a shell whose other tables are there. */
-static enum status upload_corners(const struct path_object *object, struct device_walk *device,
-                                  struct picture *picture, struct error *err) {
-    const struct shell *shell = object->shell;
-    if (!device->textures[CORNERS])
-        make_table(device, CORNERS, GL_RGBA32F, shell->cell,
-                   shell->tetra_count * sizeof *shell->cell, picture);
-    if (!object->fp64 || device->textures[CORNERS_LOW])
-        return STATUS_OK;
-    float(*low)[LOW_TEXELS][4] = malloc((shell->tetra_count + (size_t)1) * sizeof *low);
-    if (!low)
+/* The prisms' corners, of a shell whose other tables are there. */
+static enum status upload_sides(const struct shell *shell, struct device_walk *device,
+                                struct picture *picture, struct error *err) {
+    size_t prisms = shell->tetra_count / 3;
+    float(*side)[SIDE_TEXELS][4] = malloc((prisms + 1) * sizeof *side);
+    if (!side)
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's tables");
-    precision_cells_low(shell, low);
-    make_table(device, CORNERS_LOW, GL_RGBA32F, low, shell->tetra_count * sizeof *low, picture);
-    free(low);
+    prism_sides_fill(shell, side);
+    make_table(device, SIDES, GL_RGBA32F, side, prisms * sizeof *side, picture);
+    free(side);
     return STATUS_OK;
 }
 
-static bool by_corners(const struct path_object *object) {
+static bool by_sides(const struct path_object *object) {
     return object->exact && object->shell->ruled;
 }
 
@@ -159,14 +155,13 @@ static enum status upload_shell(struct walk_pass *pass, const struct path_object
                                 struct picture *picture, struct error *err) {
     const struct shell *shell = object->shell;
     struct device_walk *device = resident_find(&pass->shells, shell->serial);
-    bool corners = by_corners(object);
-    bool kept = device && (device->textures[LOW] || !object->fp64) &&
-                (device->textures[CORNERS] || !corners) &&
-                (device->textures[CORNERS_LOW] || !corners || !object->fp64);
+    bool sides = by_sides(object);
+    bool kept =
+        device && (device->textures[LOW] || !object->fp64) && (device->textures[SIDES] || !sides);
     report_reuse(picture->report, REPORT_PART_tables, kept);
     if (kept)
         return STATUS_OK;
-    size_t count = shell->tetra_count, texels = corners ? CELL_TEXELS : WALK_TEXELS;
+    size_t count = shell->tetra_count, texels = WALK_TEXELS;
     if (count * texels > (size_t)pass->texels_max)
         return error_fault(err, STATUS_TOO_COMPLEX, "/objects",
                            "a shell of %zu tetrahedra: this GL holds %zu in one table", count,
@@ -197,10 +192,10 @@ static enum status upload_shell(struct walk_pass *pass, const struct path_object
     free(low);
     if (!known && !resident_add(&pass->shells, shell->serial, device,
                                 count * (sizeof *cell + sizeof *link + sizeof *low +
-                                         (corners ? sizeof *shell->cell + sizeof *low : 0))))
+                                         (sides ? SIDE_TEXELS * 16 / 3 : 0))))
         return error_fault(err, STATUS_OUT_OF_MEMORY, NULL, "no memory for a shell's tables");
-    if (corners) {
-        enum status status = upload_corners(object, device, picture, err);
+    if (sides && !device->textures[SIDES]) {
+        enum status status = upload_sides(shell, device, picture, err);
         if (status != STATUS_OK)
             return status;
     }
@@ -510,16 +505,16 @@ static enum status draw_object(struct walk_pass *pass, struct picture *picture,
     shadow_bind(picture, &object->projection.view, object);
     const struct device_walk *device = resident_find(&pass->shells, object->shell->serial);
     glUseProgram(program);
-    /* A ray meets a cell once; past that many visits something is wrong. */
-    uint32_t most = object->shell->tetra_count + 8;
+    /* A ray meets a cell once, and may come in by each from outside; past that many visits
+     * something is wrong. */
+    uint32_t most = 2 * object->shell->tetra_count + 8;
     glProgramUniform1ui(program, 0, doors->start);
     glProgramUniform1i(program, 1, picture->world.width);
     glProgramUniform1i(program, 2, (GLint)(most < VISITS_MAX ? most : VISITS_MAX));
     glBindTextureUnit(BINDING_CELLS, device->textures[CELLS]);
     glBindTextureUnit(BINDING_LINKS, device->textures[LINKS]);
     glBindTextureUnit(BINDING_CELLS_LOW, device->textures[LOW]);
-    glBindTextureUnit(BINDING_CORNERS, device->textures[CORNERS]);
-    glBindTextureUnit(BINDING_CORNERS_LOW, device->textures[CORNERS_LOW]);
+    glBindTextureUnit(BINDING_SIDES, device->textures[SIDES]);
     prism_maps_bind(pass->maps, object);
     glBindTextureUnit(BINDING_FIRST, doors->textures[0]);
     glBindTextureUnit(BINDING_ENTRIES, doors->textures[1]);

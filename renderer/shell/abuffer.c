@@ -13,6 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/shell/grow.h"
+
 #define EXIT_BIAS 1e-9
 
 /* Below this many samples a thread costs more than it gains. */
@@ -272,14 +274,10 @@ bool abuffer_gather(const struct abuffer *buffer, size_t pixel, struct abuffer_l
         index++;
     const struct abuffer_fragment *fragment = buffer->band[index].fragment;
     for (; at; at = fragment[at - 1].next) {
-        if (list->count == list->capacity) {
-            size_t capacity = list->capacity ? 2 * list->capacity : 64;
-            struct abuffer_fragment *grown = realloc(list->fragment, capacity * sizeof *grown);
-            if (!grown)
-                return false;
-            list->fragment = grown;
-            list->capacity = capacity;
-        }
+        void *grown = list->fragment;
+        if (!list_grow(&grown, list->count, 1, &list->capacity, sizeof *list->fragment))
+            return false;
+        list->fragment = grown;
         list->fragment[list->count++] = fragment[at - 1];
     }
     if (list->count > 32) {

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "renderer/shell/abuffer.h"
+#include "renderer/shell/grow.h"
 #include "renderer/shell/precision.h"
 #include "renderer/shell/sort.h"
 
@@ -50,14 +51,10 @@ static bool touch_cell(const struct shell *shell, const double eye[3], double re
 static bool find_touched(const struct shell *shell, const double eye[3], double reach,
                          struct eye_cells *cells) {
     for (uint32_t t = 0; t < shell->tetra_count; t++) {
-        if (cells->count == cells->capacity) {
-            size_t capacity = 2 * cells->capacity + 16;
-            struct eye_cell *grown = realloc(cells->list, capacity * sizeof *grown);
-            if (!grown)
-                return false;
-            cells->list = grown;
-            cells->capacity = capacity;
-        }
+        void *list = cells->list;
+        if (!list_grow(&list, cells->count, 1, &cells->capacity, sizeof *cells->list))
+            return false;
+        cells->list = list;
         cells->count += touch_cell(shell, eye, reach, t, &cells->list[cells->count]);
     }
     return true;

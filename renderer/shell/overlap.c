@@ -19,6 +19,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/shell/grow.h"
+
 enum { BLOCK = 4 };
 
 struct scan {
@@ -82,15 +84,10 @@ static bool gather(struct scan *scan, size_t sample) {
                                        &scan->guess[s]);
         if (link == LINK_NONE)
             continue;
-        if (list->count == list->capacity) {
-            size_t capacity = 2 * list->capacity + 16;
-            struct abuffer_fragment *grown =
-                realloc(list->fragment, capacity * sizeof *list->fragment);
-            if (!grown)
-                return false;
-            list->fragment = grown;
-            list->capacity = capacity;
-        }
+        void *grown = list->fragment;
+        if (!list_grow(&grown, list->count, 1, &list->capacity, sizeof *list->fragment))
+            return false;
+        list->fragment = grown;
         memmove(list->fragment + 1, list->fragment, list->count++ * sizeof *list->fragment);
         list->fragment[0] = (struct abuffer_fragment){
             .key = -INFINITY, /* -1 / H: the eye */

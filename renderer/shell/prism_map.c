@@ -159,3 +159,25 @@ void prism_map_fill(const struct shell *shell, float (*map)[MAP_TEXELS][4]) {
         out[4][3] = (float)(is_torn(shell, f) ? -scale : scale);
     }
 }
+
+void prism_sides_fill(const struct shell *shell, float (*side)[SIDE_TEXELS][4]) {
+    for (uint32_t f = 0; f < shell->tetra_count / 3; f++) {
+        struct prism prism;
+        find_prism(shell, f, &prism);
+        double normal[3];
+        cross(prism.e[0], prism.e[1], normal);
+        float turned = is_torn(shell, f) ? 0.0F : dot(normal, prism.o[0]) < 0 ? -1.0F : 1.0F;
+        float(*out)[4] = side[f];
+        memset(out, 0, sizeof side[f]);
+        for (int i = 0; i < 3; i++) {
+            for (int k = 0; k < 2; k++) {
+                out[1 + k][i] = (float)prism.e[k][i];
+                out[SIDE_LOW + 1 + k][i] = (float)(prism.e[k][i] - (double)out[1 + k][i]);
+            }
+            for (int k = 0; k < 3; k++)
+                out[SIDE_OFFSETS + k][i] = (float)prism.o[k][i];
+        }
+        for (int k = 0; k < 3; k++)
+            out[SIDE_OFFSETS + k][3] = turned;
+    }
+}

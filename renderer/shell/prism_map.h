@@ -31,6 +31,10 @@ enum prism_map_kind prism_map_look(const struct shell *shell, uint32_t f);
  * ones: a quarter at the most. */
 double prism_map_bend(const struct shell *shell, uint32_t f);
 
+/* The corners of each prism for walks, as shaders/common_sides.glsl takes them; the array is the
+ * caller's, of tetra_count / 3 elements. */
+void prism_sides_fill(const struct shell *shell, float (*side)[SIDE_TEXELS][4]);
+
 /* Fills the table; the array is the caller's, of tetra_count elements. */
 void prism_map_fill(const struct shell *shell, float (*map)[MAP_TEXELS][4]);
 

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "renderer/shell/grow.h"
+
 /* A cell met for less than this, in units of the eye's distance, shows nothing: no order of it is
  * wrong. */
 static const double LENGTH_MIN = 1e-12;
@@ -51,20 +53,6 @@ struct search {
     struct row row;
     struct marked marked;
 };
-
-static bool reserve(void **list, size_t count, size_t more, size_t *capacity, size_t size) {
-    if (count + more <= *capacity)
-        return true;
-    size_t wanted = *capacity ? 2 * *capacity : 1024;
-    while (wanted < count + more)
-        wanted *= 2;
-    void *grown = realloc(*list, wanted * size);
-    if (!grown)
-        return false;
-    *list = grown;
-    *capacity = wanted;
-    return true;
-}
 
 /* The side of an edge on which the ray passes, ties broken as in shaders/tetra.frag. */
 static double edge_function(const double a[2], const double b[2], bool *positive) {
@@ -151,7 +139,7 @@ static bool add_candidate(struct search *search, uint64_t node, uint64_t rank) {
         return true;
     struct candidates *found = &search->found;
     void *list = found->list;
-    if (!reserve(&list, found->count, 1, &found->capacity, sizeof *found->list))
+    if (!list_grow(&list, found->count, 1, &found->capacity, sizeof *found->list))
         return false;
     found->list = list;
     found->list[found->count++] =
@@ -186,7 +174,7 @@ static bool add_hit(struct search *search, const struct candidate *candidate, ui
         return true;
     struct row *row = &search->row;
     void *list = row->hit;
-    if (!reserve(&list, row->count, 1, &row->capacity, sizeof *row->hit))
+    if (!list_grow(&list, row->count, 1, &row->capacity, sizeof *row->hit))
         return false;
     row->hit = list;
     row->hit[row->count++] =
@@ -264,7 +252,7 @@ static bool mark_row(struct search *search, uint32_t y, void *user) {
         if (marked->count > marked->first[y] && marked->x[marked->count - 1] == far->x)
             continue;
         void *list = marked->x;
-        if (!reserve(&list, marked->count, 1, &marked->capacity, sizeof *marked->x))
+        if (!list_grow(&list, marked->count, 1, &marked->capacity, sizeof *marked->x))
             return false;
         marked->x = list;
         marked->x[marked->count++] = far->x;
@@ -305,11 +293,11 @@ static bool add_sample(struct ray_orders *orders, size_t row_first, const struct
         return true;
     }
     void *cells = orders->cell, *list = orders->rectangle;
-    if (!reserve(&cells, orders->cell_count, count, &orders->cell_capacity, sizeof *orders->cell))
+    if (!list_grow(&cells, orders->cell_count, count, &orders->cell_capacity, sizeof *orders->cell))
         return false;
     orders->cell = cells;
-    if (!reserve(&list, orders->rectangle_count, 1, &orders->rectangle_capacity,
-                 sizeof *orders->rectangle))
+    if (!list_grow(&list, orders->rectangle_count, 1, &orders->rectangle_capacity,
+                   sizeof *orders->rectangle))
         return false;
     orders->rectangle = list;
     orders->rectangle[orders->rectangle_count++] =

@@ -71,17 +71,13 @@ static void link_prisms(const struct mesh *mesh, struct shell *shell) {
         link[2][1] = 3 * f + 1;
         for (int k = 0; k < 3; k++) {
             uint32_t other = mesh->neighbour[f][k];
-            if (other == MESH_NONE) {
-                shell->open = true;
+            if (other == MESH_NONE)
                 continue;
-            }
             uint32_t a = mesh->vertex[f][k], b = mesh->vertex[f][(k + 1) % 3];
             struct prism across = order_corners(mesh->vertex[other]);
             int here = edge_between(&prism, a, b), there = edge_between(&across, a, b);
-            if (here < 0 || there < 0) {
-                shell->open = true;
+            if (here < 0 || there < 0)
                 continue;
-            }
             for (int level = 0; level < 2; level++)
                 link[side[here][level][0]][side[here][level][1]] =
                     3 * other + side[there][level][0];
@@ -196,14 +192,13 @@ static void cut_links(struct shell *shell) {
             if (side_of(shell, t, k, shell->tetra[other][across]) < 0)
                 continue;
             shell->neighbour[t][k] = shell->neighbour[other][across] = SHELL_NONE;
-            shell->open |= t / 3 != other / 3;
         }
 }
 
 /* With edges e1, e2 and u's rises du1, du2 along them, |grad u|^2 = |du1 e2 - du2 e1|^2 / (2 A)^2.
  */
-static void measure_tiles(const struct mesh *mesh, const double tiles[2], struct shell *shell) {
-    double area = 0, sum[2] = {0, 0};
+static void measure_mesh(const struct mesh *mesh, const double tiles[2], struct shell *shell) {
+    double area = 0, sum[2] = {0, 0}, vectors[3] = {0, 0, 0};
     for (uint32_t f = 0; f < mesh->triangle_count; f++) {
         const double *p[3];
         double e1[3], e2[3], n[3];
@@ -218,6 +213,8 @@ static void measure_tiles(const struct mesh *mesh, const double tiles[2], struct
         if (!(twice > 0))
             continue;
         area += twice;
+        for (int i = 0; i < 3; i++)
+            vectors[i] += n[i];
         for (int a = 0; a < 2; a++) {
             const double(*uv)[2] = (const double(*)[2])mesh->corner_uv[f];
             double du1 = (uv[1][a] - uv[0][a]) * tiles[a], du2 = (uv[2][a] - uv[0][a]) * tiles[a];
@@ -228,6 +225,7 @@ static void measure_tiles(const struct mesh *mesh, const double tiles[2], struct
     }
     for (int a = 0; a < 2; a++)
         shell->tiles_rate[a] = area > 0 ? sqrt(sum[a] / area) : 0;
+    shell->flatness = area > 0 ? sqrt(dot(vectors, vectors)) / area : 0;
 }
 
 /* Of prism_map_bend(): below it a strip is narrower than what fp32 keeps of a cell. Planes and
@@ -295,7 +293,7 @@ enum status shell_build(const struct mesh *mesh, double thickness, const double 
     build_cells(mesh, tiles, shell);
     link_prisms(mesh, shell);
     cut_links(shell);
-    measure_tiles(mesh, tiles, shell);
+    measure_mesh(mesh, tiles, shell);
     survey_maps(mesh, shell);
     shell->diagnosis.folded = limit.folded;
     shell->diagnosis.folded_first = limit.folded_first;

@@ -41,9 +41,10 @@ struct shell {
     double thickness;
     double tiles_rate[2]; /* tiles along u and v that a unit of length on the mesh passes at the
                              steepest: the root of the mean square over its area */
-    bool affine;          /* every prism is affine to what fp32 can tell (prism_map.h) */
-    bool ruled;           /* sides of prisms are bent by what shows (prism_map_bend()) */
-    bool open;            /* has a border: sides of prisms that are linked to no other prism */
+    double flatness; /* length of the sum of the triangles' vectors over their area: 1 where the
+                        mesh is flat, 0 where it is closed */
+    bool affine;     /* every prism is affine to what fp32 can tell (prism_map.h) */
+    bool ruled;      /* sides of prisms are bent by what shows (prism_map_bend()) */
     struct shell_diagnosis {
         uint64_t folded, folded_first;     /* prisms thinned so as not to fold; mesh triangle */
         uint64_t limited;                  /* vertices that are lower for it */

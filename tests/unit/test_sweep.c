@@ -171,7 +171,7 @@ static void reference_is_bounded(void **state) {
 }
 
 #define FAR_FUR                                                                                    \
-    "{'image': {'width': 24, 'height': 24, 'samples': 1}, 'camera': {'eye': [0, -48, 35.2], "      \
+    "{'image': {'width': 16, 'height': 16, 'samples': 1}, 'camera': {'eye': [0, -48, 35.2], "      \
     "'fov_y_deg': 2.6}, 'objects': [{'shell': {'mesh': {'shape': 'torus', 'divisions': [16, "      \
     "8]}, 'thickness': 0.12, 'tiles': [12, 6], 'base': {'color': [0.3, 0.2, 0.1]}, 'material': "   \
     "{'builtin': 'fur', 'size': [64, 64, 16]}}, 'quality': {%s}}]}"

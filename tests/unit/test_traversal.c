@@ -4,7 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "renderer/error/metrics.h"
 #include "renderer/force.h"
+#include "renderer/truth.h"
 #include "tests/unit/renderer_fixture.h"
 
 enum { WIDTH = 48, PIXELS = WIDTH * WIDTH };
@@ -34,15 +36,52 @@ static void draw(const struct look *look, const char *error, struct render_resul
                      STATUS_OK);
 }
 
+/* The picture that no quality changes: drawn once for each material, by one eye each. */
+static struct truth_of {
+    const char *material;
+    struct truth truth;
+} truths[4];
+
+static const struct truth *truth_of(const struct look *look) {
+    struct truth_of *known = truths;
+    while (known->material && strcmp(known->material, look->material) != 0)
+        known++;
+    assert_true(known < truths + sizeof truths / sizeof *truths);
+    if (known->material)
+        return &known->truth;
+    char json[1024];
+    int length = snprintf(json, sizeof json, PLANE, look->x, look->z, look->tiles[0],
+                          look->tiles[1], look->material, look->size[0], look->size[1],
+                          look->size[2], 1, "walk", "auto", "", "none");
+    assert_true(length > 0 && length < (int)sizeof json);
+    support_quote(json);
+    struct arena arena = {0};
+    struct scene scene;
+    struct error err = {0};
+    struct asset_source assets = {.open = support_no_asset};
+    struct reference_request request = {.tolerance = 1e-5};
+    assert_int_equal(scene_read(json, strlen(json), &arena, &scene, &err), STATUS_OK);
+    assert_int_equal(truth_render(&scene, &assets, &request, &known->truth, &err), STATUS_OK);
+    arena_free(&arena);
+    known->material = look->material;
+    return &known->truth;
+}
+
 static double error_of(struct look look, const char *traversal, int samples) {
+    const struct truth *truth = truth_of(&look);
     look.traversal = traversal;
     look.samples = samples;
     struct render_result result;
-    draw(&look, "reference", &result);
-    double error = result.report.error.rmse;
+    draw(&look, "none", &result);
+    struct error_metrics metrics;
+    struct error err = {0};
+    const double clear[4] = {0, 0, 0, 0};
+    assert_int_equal(error_compare_pixels(result.pixels, truth->pixels, PIXELS, truth->touched,
+                                          clear, &metrics, &err),
+                     STATUS_OK);
     render_result_finish(&result);
-    assert_true(isfinite(error));
-    return error;
+    assert_true(metrics.touched.pixels > PIXELS / 4 && isfinite(metrics.touched.rmse));
+    return metrics.touched.rmse;
 }
 
 static bool told(const struct report_pass *parts, size_t count, const char *name) {
@@ -185,6 +224,13 @@ static void leaping_stands_back(void **state) {
     render_result_finish(&result);
 }
 
+static int close_all(void **state) {
+    for (size_t i = 0; i < sizeof truths / sizeof *truths; i++)
+        if (truths[i].material)
+            truth_finish(&truths[i].truth);
+    return close_renderer(state);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(media_tend_to_the_truth),
@@ -194,5 +240,5 @@ int main(void) {
         cmocka_unit_test(extremes_end),
         cmocka_unit_test(leaping_stands_back),
     };
-    return cmocka_run_group_tests(tests, open_renderer, close_renderer);
+    return cmocka_run_group_tests(tests, open_renderer, close_all);
 }
