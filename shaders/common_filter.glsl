@@ -82,7 +82,7 @@ vec4 medium_at(vec3 q) {
     return textureLod(medium, q, filter_level);
 }
 
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_STRANDS) == 0
 vec3 gradient_at(vec3 q) {
     return textureLod(medium_gradient, q, filter_level).xyz;
 }
@@ -92,7 +92,7 @@ vec3 gradient_at(vec3 q) {
 
 layout(binding = BINDING_VIEW) uniform sampler2DArray medium_views;
 layout(binding = BINDING_VIEW_LEFT) uniform sampler2DArray left_views;
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_STRANDS) == 0
 layout(binding = BINDING_VIEW_MOMENTS) uniform sampler2DArray mean_views;
 layout(binding = BINDING_VIEW_MOMENTS + 1) uniform sampler2DArray square_views;
 layout(binding = BINDING_VIEW_MOMENTS + 2) uniform sampler2DArray product_views;
@@ -176,7 +176,7 @@ vec4 medium_at(vec3 q) {
     return vec4(sigma * (over.x * a.rgb + over.y * b.rgb), sigma);
 }
 
-#if (VARIANT & FLAG_LIT) != 0
+#if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_STRANDS) == 0
 /* What light falls on, after medium_at(q): normals as moments (common_moments.glsl). Returns their weight. */
 float normals_at(Way way, vec3 q) {
     float level = max(seen.level - 1.0, 0.0);

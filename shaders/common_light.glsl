@@ -91,7 +91,7 @@ vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material
         float along = dot(n, l), aside = length(cross(n, l));
         facing = by_strand ? aside : facing;
 #endif
-#if (VARIANT & FLAG_FILTER_VIEW) != 0
+#if (VARIANT & FLAG_FILTER_VIEW) != 0 && (VARIANT & FLAG_STRANDS) == 0
         facing = moments_lambert(l);
 #endif
         diffuse += radiance * facing;
@@ -102,7 +102,7 @@ vec3 lit_by(vec3 color, vec3 n, vec3 flat_n, vec3 v, float weight, vec2 material
 #if (VARIANT & FLAG_STRANDS) != 0
         c = by_strand ? aside * length(cross(n, v)) - along * dot(n, v) : c;
 #endif
-#if (VARIANT & FLAG_FILTER_VIEW) != 0
+#if (VARIANT & FLAG_FILTER_VIEW) != 0 && (VARIANT & FLAG_STRANDS) == 0
         gloss += radiance * moments_gloss(h * inversesqrt(max(dot(h, h), 1.0e-20)), material.y);
 #else
         gloss += c > 0.0 ? radiance * pow(max(c, 1.0e-20), material.y) : vec3(0.0);

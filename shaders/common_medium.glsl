@@ -10,12 +10,11 @@
 #include "common_through.glsl"
 #include "common_prism.glsl"
 #if (VARIANT & FLAG_LIT) != 0
-#if (VARIANT & FLAG_FILTER_VIEW) != 0
+#if (VARIANT & FLAG_FILTER_VIEW) != 0 && (VARIANT & FLAG_STRANDS) == 0
 #include "common_moments.glsl"
 #endif
 #include "common_light.glsl"
 #endif
-#include "common_strands.glsl"
 
 layout(binding = BINDING_MEDIUM) uniform sampler3D medium;
 #if (VARIANT & FLAG_LIT) != 0 && (VARIANT & FLAG_STRANDS) == 0
@@ -23,6 +22,7 @@ layout(binding = BINDING_MEDIUM_GRADIENT) uniform sampler3D medium_gradient;
 #endif
 
 #include "common_filter.glsl"
+#include "common_strands.glsl"
 #include "common_leap.glsl"
 
 /* What has been gathered, from the front: radiance, optical depth, what is let through; and whether

@@ -40,8 +40,7 @@
      (((v)&FLAG_RULED) == 0 || ((v)&FLAG_EXACT) != 0) &&                                           \
      (((v)&FLAG_FILL) == 0 || ((v) & (FLAG_SOLID | FLAG_HOMOGENEOUS)) == 0) &&                     \
      (((v)&FLAG_TINT) == 0 || ((v)&FLAG_SOLID) == 0) &&                                            \
-     (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0 &&                  \
-                                  (((v)&FLAG_FILTER) == 0 || ((known)&FLAGS_CONTENT) == 0))))
+     (((v)&FLAG_STRANDS) == 0 || (((v)&FLAG_LIT) != 0 && ((v)&FLAG_SOLID) == 0)))
 
 /* Variant flags: a bit each; GLSL tests (VARIANT & FLAG_X) != 0 in #if. */
 #define FLAG_MEDIUM      0x0001 /* the material has extinction */

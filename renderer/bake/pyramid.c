@@ -40,7 +40,7 @@ void pyramid_sizes(const int size[3], struct pyramid *pyramid) {
 /* One column through the layers of a coarse cell. */
 struct column {
     double area, tau;
-    double emitted[3], facing[3]; /* E, and the same of w n */
+    double emitted[3], facing[3]; /* E, and the same of w n or T */
 };
 
 static const float *voxel_at(const struct pyramid_level *level, int x, int y, int z) {
@@ -68,6 +68,12 @@ static void gradient_of(const double facing[3], uint16_t *gradient) {
     gradient[3] = 0;
 }
 
+/* T of a stored sum. */
+static void tangent_of(const float *strands, double tangent[3]) {
+    for (int i = 0; i < 3; i++)
+        tangent[i] = strands[3] > 0 ? (double)strands[i] / (double)strands[3] : 0;
+}
+
 static struct column look_down(const struct pyramid_level *fine, int x, int y,
                                const struct cover *layers) {
     struct column column = {0};
@@ -80,6 +86,8 @@ static struct column look_down(const struct pyramid_level *fine, int x, int y,
         double facing[3] = {0};
         if (fine->gradient)
             facing_of(fine->gradient + (voxel - fine->medium), facing);
+        else if (fine->strands)
+            tangent_of(fine->strands + (voxel - fine->medium), facing);
         for (int c = 0; c < 3; c++) {
             column.emitted[c] += shown * (double)voxel[c] / sigma;
             column.facing[c] += shown * facing[c];
@@ -127,6 +135,11 @@ static void fill_cell(const struct pyramid_level *fine, const struct pyramid_lev
     out[3] = (float)sigma;
     if (coarse->gradient)
         gradient_of(facing, coarse->gradient + 4 * index);
+    if (!coarse->strands)
+        return;
+    for (int c = 0; c < 3; c++)
+        coarse->strands[4 * index + (size_t)c] = (float)(sigma * facing[c]);
+    coarse->strands[4 * index + 3] = (float)sigma;
 }
 
 static void fill_level(const struct pyramid_level *fine, const struct pyramid_level *coarse) {
@@ -144,15 +157,19 @@ static void fill_level(const struct pyramid_level *fine, const struct pyramid_le
     }
 }
 
-enum status pyramid_make(const struct volume *volume, bool lit, struct pyramid *pyramid) {
+enum status pyramid_make(const struct volume *volume, enum pyramid_light light,
+                         struct pyramid *pyramid) {
     pyramid_sizes(volume->size, pyramid);
     enum status status = STATUS_OK;
     for (int l = 0; l < pyramid->count && status == STATUS_OK; l++) {
         struct pyramid_level *level = &pyramid->level[l];
         size_t voxels = (size_t)level->size[0] * (size_t)level->size[1] * (size_t)level->size[2];
         level->medium = l == 0 ? volume->medium : malloc(voxels * 4 * sizeof *level->medium);
+        bool lit = light == PYRAMID_NORMALS, stranded = light == PYRAMID_STRANDS;
         level->gradient = lit ? malloc(voxels * 4 * sizeof *level->gradient) : NULL;
-        if (!level->medium || (lit && !level->gradient))
+        if (stranded)
+            level->strands = l == 0 ? volume->strands : malloc(voxels * 4 * sizeof *level->strands);
+        if (!level->medium || (lit && !level->gradient) || (stranded && !level->strands))
             status = STATUS_OUT_OF_MEMORY;
         else if (l == 0)
             status = lit ? bake_gradients(volume, BAKE_FIELD_MEDIUM, level->gradient) : STATUS_OK;
@@ -164,10 +181,47 @@ enum status pyramid_make(const struct volume *volume, bool lit, struct pyramid *
     return status;
 }
 
+enum status pyramid_strand_layers(const struct volume *volume, struct pyramid *layers) {
+    pyramid_sizes((const int[3]){volume->size[0], volume->size[1], 1}, layers);
+    layers->level[0].strands = volume->strands;
+    for (int l = 0; l < layers->count; l++) {
+        struct pyramid_level *level = &layers->level[l], *fine = level - 1;
+        level->size[2] = volume->size[2];
+        if (l == 0)
+            continue;
+        size_t count = (size_t)level->size[0] * (size_t)level->size[1];
+        level->strands = calloc(count * (size_t)level->size[2], 4 * sizeof *level->strands);
+        if (!level->strands) {
+            pyramid_finish(layers);
+            return STATUS_OUT_OF_MEMORY;
+        }
+        size_t fine_count = (size_t)fine->size[0] * (size_t)fine->size[1];
+        for (int y = 0; y < level->size[1]; y++)
+            for (int x = 0; x < level->size[0]; x++) {
+                struct cover u = cover_of(fine->size[0], level->size[0], x);
+                struct cover v = cover_of(fine->size[1], level->size[1], y);
+                double area = (double)fine_count / (double)count;
+                for (int i = 0; i < u.count * v.count; i++) {
+                    int fx = u.first + i % u.count, fy = v.first + i / u.count;
+                    double share = u.share[i % u.count] * v.share[i / u.count] / area;
+                    size_t from = (size_t)fy * (size_t)fine->size[0] + (size_t)fx;
+                    size_t to = (size_t)y * (size_t)level->size[0] + (size_t)x;
+                    for (int z = 0; z < level->size[2]; z++, from += fine_count, to += count)
+                        for (int c = 0; c < 4; c++)
+                            level->strands[4 * to + (size_t)c] +=
+                                (float)(share * (double)fine->strands[4 * from + (size_t)c]);
+                }
+            }
+    }
+    return STATUS_OK;
+}
+
 void pyramid_finish(struct pyramid *pyramid) {
     for (int l = 0; l < pyramid->count; l++) {
-        if (l > 0)
+        if (l > 0) {
             free(pyramid->level[l].medium);
+            free(pyramid->level[l].strands);
+        }
         free(pyramid->level[l].gradient);
     }
     memset(pyramid, 0, sizeof *pyramid);

@@ -26,7 +26,10 @@
  * Normals: the mean over a cell of what light falls on, w n, with n a voxel's normal (per voxel)
  * and w its weight g / (g + 0.01) (DESIGN.md), weighted as colours are. Its length |M| is the share
  * of the light that still has a direction. It is kept as the gradient whose own weight is |M|, so
- * that shading needs to know nothing of it: g' = 0.01 |M| / (1 - |M|). */
+ * that shading needs to know nothing of it: g' = 0.01 |M| / (1 - |M|).
+ *
+ * Strands (struct volume's `strands`, sigma T and sigma): T likewise, the mean of tangents, whose
+ * length is the share of them that are of one mind. */
 #ifndef PELT_RENDERER_BAKE_PYRAMID_H
 #define PELT_RENDERER_BAKE_PYRAMID_H
 
@@ -43,17 +46,28 @@ struct pyramid {
     struct pyramid_level {
         int size[3];
         float *medium;      /* struct volume's layout; level 0: the volume's own, borrowed */
-        uint16_t *gradient; /* normals.h's layout; NULL where unlit */
+        uint16_t *gradient; /* normals.h's layout; NULL unless lit by normals */
+        float *strands;     /* struct volume's layout; level 0: borrowed; NULL unless lit by them */
     } level[PYRAMID_LEVELS_MAX];
 };
 
 /* The sizes of all levels of a volume; `level[].medium` and `.gradient` are NULL. */
 void pyramid_sizes(const int size[3], struct pyramid *pyramid);
 
+/* What the levels are to be lit by; PYRAMID_STRANDS: of a volume that has some. */
+enum pyramid_light { PYRAMID_UNLIT, PYRAMID_NORMALS, PYRAMID_STRANDS };
+
 /* Fills a pyramid from a volume that has a medium. STATUS_OUT_OF_MEMORY; the pyramid is then empty.
  * pyramid_finish() frees it; the volume must live until then. Thread: any; blocks: about 8 M voxels
  * a second. */
-enum status pyramid_make(const struct volume *volume, bool lit, struct pyramid *pyramid);
+enum status pyramid_make(const struct volume *volume, enum pyramid_light light,
+                         struct pyramid *pyramid);
 void pyramid_finish(struct pyramid *pyramid);
+
+/* Strands coarser along u and v alone, as view_pyramid.h has what is seen of a medium: layer by
+ * layer the mean of sigma T and of sigma. Level 0 is the volume's own, borrowed; size[2] of all
+ * is its. Of the levels only `size` and `strands` are set. STATUS_OUT_OF_MEMORY; it is then empty.
+ */
+enum status pyramid_strand_layers(const struct volume *volume, struct pyramid *layers);
 
 #endif

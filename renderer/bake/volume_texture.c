@@ -53,10 +53,11 @@ static void free_entry(struct bake_cache *cache, struct entry *entry) {
     cache->bytes -= entry->bytes;
     const struct baked *b = &entry->baked;
     /* Names of 0 are ignored by the GL. */
-    glDeleteTextures(11,
+    glDeleteTextures(13,
                      (const GLuint[]){b->medium, b->solid, b->medium_gradient, b->solid_gradient,
                                       b->medium_mips, b->gradient_mips, b->medium_views,
-                                      b->left_views, b->medium_leap, b->solid_leap, b->strands});
+                                      b->left_views, b->medium_leap, b->solid_leap, b->strands,
+                                      b->strand_mips, b->strand_layers});
     glDeleteTextures(VIEW_MOMENTS, b->moment_views);
     free(entry);
 }
@@ -186,8 +187,10 @@ static enum status add_leaps(struct work *work, enum bake_field field, GLuint *t
     return gl_check("uploading empty space", work->err);
 }
 
+/* Of materials whose strands nobody knows. */
+static const float upright[4] = {0, 0, 1, 1};
+
 static enum status add_strands(struct work *work, GLuint *texture) {
-    static const float upright[4] = {0, 0, 1, 1};
     if (work->volume->strands)
         return add_voxels(work, work->volume->strands, texture);
     if (*texture)
@@ -197,14 +200,17 @@ static enum status add_strands(struct work *work, GLuint *texture) {
     return upload((const int[3]){1, 1, 1}, GL_RGBA32F, GL_FLOAT, upright, texture, work->err);
 }
 
-/* The medium with all its levels, and their gradients where they are wanted. */
-static enum status add_mips(struct work *work, bool lit) {
+/* The medium with all its levels, and their gradients or strands where they are wanted. */
+static enum status add_mips(struct work *work, bool normals, bool strands) {
     struct baked *baked = &work->entry->baked;
-    if (!work->volume->medium || (baked->medium_mips && (baked->gradient_mips || !lit)))
+    bool lit = normals && !baked->gradient_mips;
+    bool stranded = strands && work->volume->strands && !baked->strand_mips;
+    if (!work->volume->medium || (baked->medium_mips && !lit && !stranded))
         return STATUS_OK;
     enter_stage(work, REPORT_STAGE_bake);
     struct pyramid pyramid;
-    if (pyramid_make(work->volume, lit, &pyramid) != STATUS_OK)
+    enum pyramid_light light = lit ? PYRAMID_NORMALS : stranded ? PYRAMID_STRANDS : PYRAMID_UNLIT;
+    if (pyramid_make(work->volume, light, &pyramid) != STATUS_OK)
         return error_fault(work->err, STATUS_OUT_OF_MEMORY, NULL, "no memory to filter voxels");
     enter_stage(work, REPORT_STAGE_upload);
     bool medium = !baked->medium_mips;
@@ -213,6 +219,8 @@ static enum status add_mips(struct work *work, bool lit) {
         baked->medium_mips = make_texture(size, GL_RGBA32F, pyramid.count);
     if (lit)
         baked->gradient_mips = make_texture(size, GL_RGBA16F, pyramid.count);
+    if (stranded)
+        baked->strand_mips = make_texture(size, GL_RGBA32F, pyramid.count);
     for (int l = 0; l < pyramid.count; l++) {
         const struct pyramid_level *level = &pyramid.level[l];
         const int *n = level->size;
@@ -223,23 +231,52 @@ static enum status add_mips(struct work *work, bool lit) {
         if (lit)
             glTextureSubImage3D(baked->gradient_mips, l, 0, 0, 0, n[0], n[1], n[2], GL_RGBA,
                                 GL_HALF_FLOAT, level->gradient);
-        work->uploaded += voxels * ((medium ? 16 : 0) + (lit ? 8 : 0));
+        if (stranded)
+            glTextureSubImage3D(baked->strand_mips, l, 0, 0, 0, n[0], n[1], n[2], GL_RGBA, GL_FLOAT,
+                                level->strands);
+        work->uploaded += voxels * ((medium ? 16 : 0) + (lit ? 8 : 0) + (stranded ? 16 : 0));
     }
     pyramid_finish(&pyramid);
     return gl_check("uploading a filtered material", work->err);
 }
 
-static GLuint make_array(const struct view_pyramid *pyramid, GLenum format) {
-    const int *size = pyramid->level[0].size;
+static GLuint make_array(const int size[2], int layers, int levels, GLenum format) {
     GLuint name = 0;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
     glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_REPEAT);
     glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_REPEAT);
     glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
     glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTextureStorage3D(name, pyramid->count, format, size[0], size[1],
-                       pyramid->layers * VIEW_SIDES);
+    glTextureStorage3D(name, levels, format, size[0], size[1], layers);
     return name;
+}
+
+/* Strands for what is seen from a side: coarser along u and v alone. */
+static enum status add_strand_layers(struct work *work) {
+    struct baked *baked = &work->entry->baked;
+    const struct volume *volume = work->volume;
+    if (baked->strand_layers)
+        return STATUS_OK;
+    enter_stage(work, REPORT_STAGE_bake);
+    if (!volume->strands) {
+        baked->strand_layers = make_array((const int[2]){1, 1}, 1, 1, GL_RGBA32F);
+        glTextureSubImage3D(baked->strand_layers, 0, 0, 0, 0, 1, 1, 1, GL_RGBA, GL_FLOAT, upright);
+        work->uploaded += sizeof upright;
+        return gl_check("uploading filtered strands", work->err);
+    }
+    struct pyramid layers;
+    if (pyramid_strand_layers(volume, &layers) != STATUS_OK)
+        return error_fault(work->err, STATUS_OUT_OF_MEMORY, NULL, "no memory to filter strands");
+    enter_stage(work, REPORT_STAGE_upload);
+    baked->strand_layers = make_array(volume->size, volume->size[2], layers.count, GL_RGBA32F);
+    for (int l = 0; l < layers.count; l++) {
+        const int *n = layers.level[l].size;
+        glTextureSubImage3D(baked->strand_layers, l, 0, 0, 0, n[0], n[1], n[2], GL_RGBA, GL_FLOAT,
+                            layers.level[l].strands);
+        work->uploaded += (uint64_t)n[0] * (uint64_t)n[1] * (uint64_t)n[2] * 16;
+    }
+    pyramid_finish(&layers);
+    return gl_check("uploading filtered strands", work->err);
 }
 
 /* What is seen of the medium from each side, beside the medium itself. */
@@ -254,15 +291,16 @@ static enum status add_views(struct work *work, bool lit, const double aspect[2]
     memcpy(baked->aspect, aspect, sizeof baked->aspect);
     enter_stage(work, REPORT_STAGE_upload);
     bool medium = !baked->medium_views && pyramid.count > 0;
+    const int *size = pyramid.level[0].size, layers = pyramid.layers * VIEW_SIDES;
     if (medium) {
-        baked->medium_views = make_array(&pyramid, GL_RGBA32F);
-        baked->left_views = make_array(&pyramid, GL_R32F);
+        baked->medium_views = make_array(size, layers, pyramid.count, GL_RGBA32F);
+        baked->left_views = make_array(size, layers, pyramid.count, GL_R32F);
     }
     for (int k = 0; k < VIEW_MOMENTS && lit && pyramid.count > 0; k++)
-        baked->moment_views[k] = make_array(&pyramid, GL_RGBA32F);
+        baked->moment_views[k] = make_array(size, layers, pyramid.count, GL_RGBA32F);
     for (int l = 0; l < pyramid.count; l++) {
         const struct view_level *level = &pyramid.level[l];
-        int width = level->size[0], height = level->size[1], layers = pyramid.layers * VIEW_SIDES;
+        int width = level->size[0], height = level->size[1];
         uint64_t texels = (uint64_t)width * (uint64_t)height * (uint64_t)layers;
         if (medium) {
             glTextureSubImage3D(baked->medium_views, l, 0, 0, 0, width, height, layers, GL_RGBA,
@@ -281,15 +319,18 @@ static enum status add_views(struct work *work, bool lit, const double aspect[2]
 
 static enum status add_textures(struct work *work, bool lit, const struct bake_filter *filter) {
     struct baked *baked = &work->entry->baked;
-    bool filtered = filter->kind == SCENE_FILTER_MIP;
-    enum status status =
-        filtered ? add_mips(work, lit) : add_voxels(work, work->volume->medium, &baked->medium);
-    if (status == STATUS_OK && filter->kind == SCENE_FILTER_VIEW)
-        status = add_views(work, lit, filter->aspect);
+    bool filtered = filter->kind == SCENE_FILTER_MIP, viewed = filter->kind == SCENE_FILTER_VIEW;
+    bool by_strands = lit && work->volume->strand_lit;
+    enum status status = filtered ? add_mips(work, lit && !by_strands, by_strands)
+                                  : add_voxels(work, work->volume->medium, &baked->medium);
+    if (status == STATUS_OK && viewed)
+        status = add_views(work, lit && !by_strands, filter->aspect);
+    if (status == STATUS_OK && viewed && by_strands)
+        status = add_strand_layers(work);
     if (status == STATUS_OK)
         status = add_voxels(work, work->volume->solid, &baked->solid);
-    bool by_strands = lit && work->volume->strand_lit;
-    if (status == STATUS_OK && by_strands)
+    bool filters_strands = viewed || (filtered && work->volume->strands);
+    if (status == STATUS_OK && by_strands && !filters_strands)
         status = add_strands(work, &baked->strands);
     if (status == STATUS_OK && lit && !filtered && !by_strands)
         status = add_gradient(work, BAKE_FIELD_MEDIUM, &baked->medium_gradient);

@@ -35,6 +35,10 @@ struct baked {
      * GL_LINEAR_MIPMAP_LINEAR; 0 until the material is asked for with the filter `mip`. */
     GLuint medium_mips, gradient_mips;
 
+    /* `strands` for the filters: a sampler3D with all levels for `mip`, GL_TEXTURE_2D_ARRAY of a
+     * layer for each of w, coarser along u and v, for `view`; 0 where it has none. */
+    GLuint strand_mips, strand_layers;
+
     /* R8, GL_NEAREST: distances to what holds something (empty_space.h), in voxels; 0 until the
      * material is asked for with `leaps`. */
     GLuint medium_leap, solid_leap;

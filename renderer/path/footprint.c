@@ -91,7 +91,7 @@ static enum status refuse(const struct path_object *object, const char *why, str
  */
 static double view_mib(const struct volume *volume) {
     double texels = volume->size[0] / 2.0 * (volume->size[1] / 2.0) * 4 / 3;
-    int bytes = 20 + (volume->lit ? 16 * VIEW_MOMENTS : 0);
+    int bytes = 20 + (volume->lit && !volume->strand_lit ? 16 * VIEW_MOMENTS : 0);
     return texels * volume->size[2] * VIEW_SIDES * bytes / (1 << 20);
 }
 
@@ -116,8 +116,6 @@ enum status footprint_choose_filters(struct path_object *objects, size_t count, 
             return refuse(object, "footprints are found by the prisms' own map", err);
         if (object->volume->homogeneous || !volume_has_medium(object->volume))
             continue;
-        if (object->volume->strand_lit)
-            return refuse(object, "strands of `shading` `kajiya-kay` are read as they are", err);
         if (asked == SCENE_FILTER_VIEW && object->walk && !alone(objects, count))
             return refuse(
                 object,

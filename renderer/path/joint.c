@@ -237,9 +237,10 @@ enum status joint_draw(struct joint *joint, struct picture *picture, GLuint firs
         const struct baked *baked = shell->object->baked;
         bool lit = baked && shell->object->volume->lit;
         bool mips = shell->object->filter == SCENE_FILTER_MIP;
-        bool strands = baked && baked->strands && shell->object->volume->strand_lit;
+        bool strands =
+            baked && shell->object->volume->strand_lit && path_object_strands(shell->object);
         GLuint gradient = !baked    ? 0
-                          : strands ? baked->strands
+                          : strands ? path_object_strands(shell->object)
                           : mips    ? baked->gradient_mips
                                     : baked->medium_gradient;
         for (uint32_t k = 0; k < shell->slots; k++, slot++) {

@@ -151,6 +151,15 @@ static inline bool path_object_drawn(const struct path_object *object) {
  * sets the radiance that this extinction stands for, (sigma c + q) / (sigma + sigma_a). */
 double path_object_constant(const struct path_object *object, double radiance[3]);
 
+/* A medium's strands, as the object's filter reads them. */
+static inline GLuint path_object_strands(const struct path_object *object) {
+    const struct baked *baked = object->baked;
+    if (object->filter == SCENE_FILTER_VIEW)
+        return baked->strand_layers;
+    bool mips = object->filter == SCENE_FILTER_MIP && object->volume->strands;
+    return mips ? baked->strand_mips : baked->strands;
+}
+
 /* Binds a medium's voxels and gradients, as the object's filter reads them. */
 static inline void path_object_bind_medium(const struct path_object *object, GLuint medium,
                                            GLuint gradient) {
@@ -161,7 +170,7 @@ static inline void path_object_bind_medium(const struct path_object *object, GLu
     if (baked->medium_leap)
         glBindTextureUnit(BINDING_LEAP, baked->medium_leap);
     if (object->volume->strand_lit)
-        glBindTextureUnit(BINDING_STRANDS, baked->strands);
+        glBindTextureUnit(BINDING_STRANDS, path_object_strands(object));
     if (object->filter == SCENE_FILTER_VIEW) {
         glBindTextureUnit(BINDING_VIEW, baked->medium_views);
         glBindTextureUnit(BINDING_VIEW_LEFT, baked->left_views);

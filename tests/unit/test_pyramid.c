@@ -64,7 +64,7 @@ static void the_papers_equations(void **state) {
     set(&volume, 0, 0, 1, 6, 0.75f);
     set(&volume, 1, 0, 0, 1, 1);
     struct pyramid pyramid;
-    assert_int_equal(pyramid_make(&volume, false, &pyramid), STATUS_OK);
+    assert_int_equal(pyramid_make(&volume, PYRAMID_UNLIT, &pyramid), STATUS_OK);
     assert_int_equal(pyramid.count, 2);
     /* Alphas: 1 - e^-3 over 1 - e^-1; 1 - e^-0.5 alone. */
     double top = -expm1(-3), low = -expm1(-1), other = -expm1(-0.5);
@@ -85,7 +85,7 @@ static void what_is_even_stays(void **state) {
         double sigma = (double)sigmas[i % 3];
         struct volume volume = make_even(n[0], n[1], n[2], (float)sigma);
         struct pyramid pyramid;
-        assert_int_equal(pyramid_make(&volume, false, &pyramid), STATUS_OK);
+        assert_int_equal(pyramid_make(&volume, PYRAMID_UNLIT, &pyramid), STATUS_OK);
         const struct pyramid_level *last = &pyramid.level[pyramid.count - 1];
         assert_int_equal(last->size[0] * last->size[1] * last->size[2], 1);
         for (int l = 0; l < pyramid.count; l++) {
@@ -104,7 +104,7 @@ static void stiff_columns_beside_clear_ones(void **state) {
     struct volume volume = make(2, 1, 1);
     set(&volume, 0, 0, 0, 1e6f, 1);
     struct pyramid pyramid;
-    assert_int_equal(pyramid_make(&volume, false, &pyramid), STATUS_OK);
+    assert_int_equal(pyramid_make(&volume, PYRAMID_UNLIT, &pyramid), STATUS_OK);
     assert_float_equal((double)pyramid.level[1].medium[3], log(2), 1e-6);
     assert_float_equal((double)pyramid.level[1].medium[0], log(2), 1e-6);
     pyramid_finish(&pyramid);
@@ -224,16 +224,59 @@ static void normals_are_those_that_are_seen(void **state) {
     view_pyramid_finish(&pyramid);
 
     struct pyramid mips;
-    assert_int_equal(pyramid_make(&volume, true, &mips), STATUS_OK);
+    assert_int_equal(pyramid_make(&volume, PYRAMID_NORMALS, &mips), STATUS_OK);
     for (int i = 0; i < 3; i++)
         assert_true(fabsf(bake_float_from_half(mips.level[mips.count - 1].gradient[i])) < 1e-3f);
     pyramid_finish(&mips);
     free(volume.medium);
 }
 
+/* Strands of two directions side by side: T is their mean, and shorter; along w alone `mip` mixes,
+ * where it is the upper one that is seen. */
+static void strands_are_means_of_tangents(void **state) {
+    (void)state;
+    struct volume volume = make_even(4, 4, 2, 0);
+    float strands[4 * 4 * 4 * 2] = {0};
+    volume.strands = strands;
+    for (int z = 0; z < 2; z++)
+        for (int y = 0; y < 4; y++)
+            for (int x = 0; x < 4; x++) {
+                set(&volume, x, y, z, 100, 1);
+                float *s = strands + 4 * ((z * 4 + y) * 4 + x);
+                s[z == 0 ? 2 : x % 2] = 100;
+                s[3] = 100;
+            }
+    struct pyramid mips, layers;
+    assert_int_equal(pyramid_make(&volume, PYRAMID_STRANDS, &mips), STATUS_OK);
+    assert_int_equal(pyramid_strand_layers(&volume, &layers), STATUS_OK);
+    assert_null(mips.level[0].gradient);
+    for (int l = 1; l < mips.count; l++) {
+        const float *s = mips.level[l].strands;
+        for (int i = 0; i < 3; i++) /* 1 of 22,000 parts of light reaches the lower layer */
+            assert_float_equal(s[i] / s[3], i < 2 ? 0.5 : 0, 1e-3);
+    }
+    assert_int_equal(layers.count, 3);
+    for (int l = 1; l < layers.count; l++) {
+        const struct pyramid_level *level = &layers.level[l];
+        size_t cells = (size_t)level->size[0] * (size_t)level->size[1];
+        assert_int_equal(level->size[2], 2);
+        for (size_t i = 0; i < 2 * cells; i++) {
+            const float *s = level->strands + 4 * i;
+            assert_float_equal(s[0], i < cells ? 0 : 50, 1e-4);
+            assert_float_equal(s[1], i < cells ? 0 : 50, 1e-4);
+            assert_float_equal(s[2], i < cells ? 100 : 0, 1e-4);
+            assert_float_equal(s[3], 100, 1e-4);
+        }
+    }
+    pyramid_finish(&mips);
+    pyramid_finish(&layers);
+    free(volume.medium);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_papers_equations),
+        cmocka_unit_test(strands_are_means_of_tangents),
         cmocka_unit_test(what_is_even_stays),
         cmocka_unit_test(stiff_columns_beside_clear_ones),
         cmocka_unit_test(along_w_it_is_exact),

@@ -194,13 +194,71 @@ static void test_voxels(void **state) {
     volume_cache_destroy(cache);
 }
 
+#define FAR(samples, material, quality, beside)                                                    \
+    "{'image': {'width': 16, 'height': 16, 'samples': " #samples                                   \
+    "}, 'camera': {'eye': [0.3, -2, 2], 'target': [0, 0, 0], 'ortho_height': 2}, 'lights': "       \
+    "[{'direction': [0.7, 1, -1.1], 'color': [2, 1.9, 1.8]}], 'objects': [{'shell': {'mesh': "     \
+    "{'shape': 'plane', 'size': [8, 8]}, 'thickness': 0.15, 'tiles': [32, 32], 'material': "       \
+    "{'builtin': '" material                                                                       \
+    "', 'size': [32, 32, 8], 'shading': 'kajiya-kay', 'specular': 0.4, 'shininess': 12}}, "        \
+    "'quality': {'samples': 32" quality "}}" beside "]}"
+#define MIST                                                                                       \
+    ", {'shell': {'mesh': {'shape': 'plane', 'size': [8, 8]}, 'thickness': 0.3, 'material': "      \
+    "{'builtin': 'fog', 'size': [4, 4, 4]}}, 'quality': {'samples': 32}}"
+
+/* Strands that a sample covers many of, against 64 unfiltered samples: colour over the truth's, and
+ * RMSE. Where nobody knows a medium's strands they stand up at any level (clouds aslant are too
+ * opaque by either filter: renderer/path/README.md); and beside another medium. Measured: colours
+ * 0.981, 1.008, 1.091, 1.093, 0.998, RMSE 0.42, 0.25, 0.37, 0.40, 0.78 of the unfiltered. */
+static void test_filtered(void **state) {
+    (void)state;
+    static const struct {
+        const char *truth, *plain, *filtered;
+        double off, most; /* of the mean colour; of plain samples' RMSE */
+    } rows[] = {
+        {FAR(64, "fur", "", ""), FAR(1, "fur", "", ""), FAR(1, "fur", ", 'filter': 'mip'", ""),
+         0.03, 0.6},
+        {FAR(64, "fur", "", ""), FAR(1, "fur", "", ""), FAR(1, "fur", ", 'filter': 'view'", ""),
+         0.02, 0.4},
+        {FAR(64, "clouds", "", ""), FAR(1, "clouds", "", ""),
+         FAR(1, "clouds", ", 'filter': 'mip'", ""), 0.12, 0.6},
+        {FAR(64, "clouds", "", ""), FAR(1, "clouds", "", ""),
+         FAR(1, "clouds", ", 'filter': 'view'", ""), 0.12, 0.6},
+        {FAR(64, "fur", "", MIST), FAR(1, "fur", "", MIST),
+         FAR(1, "fur", ", 'filter': 'mip'", MIST), 0.02, 0.9},
+    };
+    for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
+        struct render_result truth, picture[2];
+        assert_int_equal(support_draw(renderer, &truth, "%s", rows[r].truth), STATUS_OK);
+        double rmse[2], colour[2];
+        for (int f = 0; f < 2; f++) {
+            const char *json = f ? rows[r].filtered : rows[r].plain;
+            assert_int_equal(support_draw(renderer, &picture[f], "%s", json), STATUS_OK);
+            double sum = 0, drawn = 0, wanted = 0;
+            for (size_t i = 0; i < 4 * (size_t)16 * 16; i++) {
+                double a = (double)picture[f].pixels[i], b = (double)truth.pixels[i];
+                sum += (a - b) * (a - b);
+                drawn += i % 4 == 3 ? 0 : a;
+                wanted += i % 4 == 3 ? 0 : b;
+            }
+            rmse[f] = sqrt(sum / (4 * 16 * 16));
+            colour[f] = drawn / wanted;
+            render_result_finish(&picture[f]);
+        }
+        render_result_finish(&truth);
+        print_message("scene %zu: RMSE %.4f, filtered %.4f; colour %.3f, filtered %.3f\n", r,
+                      rmse[0], rmse[1], colour[0], colour[1]);
+        assert_true(rmse[0] > 0.005 && rmse[1] < rows[r].most * rmse[0]);
+        assert_true(fabs(colour[1] - 1) < rows[r].off);
+    }
+}
+
 static void test_refusals(void **state) {
     (void)state;
     static const struct {
         const char *json, *pointer;
         enum status status;
     } rows[] = {
-        {FUR("'filter': 'mip'", ""), "/objects/0/quality/filter", STATUS_NOT_IMPLEMENTED},
         {VIEW "{'shell': {" MESH ", 'material': {'builtin': 'chain', 'shading': 'kajiya-kay'}}}]}",
          "/objects/0/shell/material/shading", STATUS_INVALID_SCENE},
         {VIEW "{'shell': {" MESH ", 'material': {'builtin': 'fur', 'shading': 'marschner'}}}]}",
@@ -227,9 +285,8 @@ static void test_refusals(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_upright),
-        cmocka_unit_test(test_hairs),
-        cmocka_unit_test(test_voxels),
+        cmocka_unit_test(test_upright),  cmocka_unit_test(test_hairs),
+        cmocka_unit_test(test_voxels),   cmocka_unit_test(test_filtered),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, open_renderer, close_renderer);
