@@ -82,3 +82,19 @@ void report_pass(struct report *report, const char *name, const char *why) {
 void report_left_out(struct report *report, const char *name, const char *why) {
     append(report->left_out, &report->left_out_count, name, why);
 }
+
+void report_keep_drawn(const struct report *report, struct report_drawn *drawn) {
+    drawn->work = report->work;
+    drawn->pass_count = report->pass_count;
+    drawn->left_out_count = report->left_out_count;
+    memcpy(drawn->passes, report->passes, sizeof drawn->passes);
+    memcpy(drawn->left_out, report->left_out, sizeof drawn->left_out);
+}
+
+void report_restore_drawn(struct report *report, const struct report_drawn *drawn) {
+    report->work = drawn->work;
+    report->pass_count = drawn->pass_count;
+    report->left_out_count = drawn->left_out_count;
+    memcpy(report->passes, drawn->passes, sizeof report->passes);
+    memcpy(report->left_out, drawn->left_out, sizeof report->left_out);
+}

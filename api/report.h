@@ -183,6 +183,16 @@ void report_warn(struct report *report, const char *code, const char *pointer, u
 void report_pass(struct report *report, const char *name, const char *why);
 void report_left_out(struct report *report, const char *name, const char *why);
 
+/* What a draw tells of itself: kept and put back around draws that are not the picture's (trials,
+ * estimates), so that the report tells of the picture alone. */
+struct report_drawn {
+    struct report_work work;
+    size_t pass_count, left_out_count;
+    struct report_pass passes[REPORT_PASSES_MAX], left_out[REPORT_PASSES_MAX];
+};
+void report_keep_drawn(const struct report *report, struct report_drawn *drawn);
+void report_restore_drawn(struct report *report, const struct report_drawn *drawn);
+
 /* Counts one part. */
 void report_reuse(struct report *report, enum report_part part, bool kept);
 

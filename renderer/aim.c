@@ -96,11 +96,12 @@ struct trials {
 static enum status try_factor(struct trials *trials, double factor, struct error *err) {
     const struct measure *measure = trials->aim->measure;
     struct picture *picture = measure->drawing->picture;
-    struct report_work work = picture->report->work;
+    struct report_drawn drawn;
+    report_keep_drawn(picture->report, &drawn);
     set_factor(measure, &trials->defaults, factor);
     enum status status = probe_draw(measure->probe, measure->drawing,
                                     measure->scene->image.background, 1, &trials->trial_ms, err);
-    picture->report->work = work;
+    report_restore_drawn(picture->report, &drawn);
     trials->report->target.trials++;
     return status;
 }

@@ -206,7 +206,8 @@ static enum status time_tiles(const struct measure *measure, bool warm, double *
                               struct error *err) {
     const struct picture *picture = measure->drawing->picture;
     const struct scene_image *image = &measure->scene->image;
-    struct report_work work = picture->report->work;
+    struct report_drawn drawn;
+    report_keep_drawn(picture->report, &drawn);
     int k = measure->drawing->plan->k;
     int longer = image->width > image->height ? image->width : image->height;
     int shorter = image->width > image->height ? image->height : image->width;
@@ -222,7 +223,7 @@ static enum status time_tiles(const struct measure *measure, bool warm, double *
         if (status == STATUS_OK)
             status = time_probe(measure, warm || i > 0, &took[i], err);
     }
-    picture->report->work = work;
+    report_restore_drawn(picture->report, &drawn);
     if (status != STATUS_OK)
         return status;
     double more = tiles[0] - tiles[1];

@@ -79,11 +79,12 @@ enum status measure_open_reference(const struct measure *measure, struct referen
 
 enum status measure_draw_again(const struct measure *measure, double factor, struct error *err) {
     struct report *report = measure->drawing->picture->report;
-    struct report_work work = report->work;
+    struct report_drawn drawn;
+    report_keep_drawn(report, &drawn);
     double ms;
     enum status status = probe_draw(measure->probe, measure->drawing,
                                     measure->scene->image.background, factor, &ms, err);
-    report->work = work;
+    report_restore_drawn(report, &drawn);
     return status;
 }
 

@@ -50,18 +50,23 @@ class Cli(unittest.TestCase):
     # -- what comes out ---------------------------------------------------------------------
 
     def test_a_picture_a_report_and_a_table(self):
-        run = self.drawn("render", self.scene(), "-o", self.path("a.png"),
-                         "--report", self.path("r.json"))
+        # Between two stages the processor may be somebody else's: of a few runs one has none of that.
+        for _ in range(5):
+            run = self.drawn("render", self.scene(), "-o", self.path("a.png"),
+                             "--report", self.path("r.json"))
+            report = json.loads(self.read("r.json"))
+            timing = report["timing_ms"]
+            stages = sum(ms for name, ms in timing.items() if name != "total")
+            apart = abs(stages - timing["total"])
+            if apart <= max(2, 0.05 * timing["total"]):
+                break
+        self.assertLessEqual(apart, max(2, 0.05 * timing["total"]))
         self.assertIn("total", run.stdout.decode())
         self.assertTrue(self.read("a.png").startswith(b"\x89PNG\r\n\x1a\n"))
         self.assertEqual(self.read("a.png")[16:24], (24).to_bytes(4, "big") + (16).to_bytes(4, "big"))
-        report = json.loads(self.read("r.json"))
-        timing = report["timing_ms"]
-        stages = sum(ms for name, ms in timing.items() if name != "total")
         self.assertEqual(timing["queue"], 0)
         self.assertGreater(timing["parse"], 0)
         self.assertGreater(timing["encode"], 0)
-        self.assertLessEqual(abs(stages - timing["total"]), max(2, 0.05 * timing["total"]))
         self.assertEqual(report["renderer"]["loaded"], [])
 
     def test_standard_input_and_output(self):

@@ -305,6 +305,28 @@ static void test_trials_for_error(void **state) {
     finish(&drawn);
 }
 
+/* What trials did at other qualities is not what the picture did: of a few slabs of fur trials draw
+ * the nearest first, of as many as a long deadline allows the picture does not. */
+static void test_trials_leave_no_rows(void **state) {
+    (void)state;
+    struct drawn drawn, again;
+    draw(
+        IMAGE(200) "'target': {'deadline_ms': 60000}, 'objects': [{'path': 'slicing', 'shell': "
+                   "{'mesh': {" PRISM
+                   "}, 'thickness': 0.02, 'material': {'builtin': 'fur', 'size': [32, 32, 16]}}}]}",
+        &drawn);
+    draw(drawn.resolved, &again);
+    const struct report *report = &drawn.result.report, *other = &again.result.report;
+    assert_true(report->target.trials > 0);
+    assert_int_equal(report->pass_count, other->pass_count);
+    for (size_t p = 0; p < other->pass_count; p++) {
+        assert_string_equal(report->passes[p].name, other->passes[p].name);
+        assert_string_not_equal(report->passes[p].name, "nearest-first");
+    }
+    finish(&drawn);
+    finish(&again);
+}
+
 /* For a deadline where the model cannot tell. Which one wins is the machine's to say: here the
  * first of two scenes goes to the second path and the second to the first. Where one path alone is
  * tried, or the time is too short for trials, the model decides. */
@@ -361,6 +383,7 @@ int main(void) {
         cmocka_unit_test_teardown(test_warnings_outlast_the_first_path, tear_down_test),
         cmocka_unit_test_teardown(test_refused, tear_down_test),
         cmocka_unit_test_teardown(test_trials_for_error, tear_down_test),
+        cmocka_unit_test_teardown(test_trials_leave_no_rows, tear_down_test),
         cmocka_unit_test_teardown(test_trials_for_deadline, tear_down_test),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
