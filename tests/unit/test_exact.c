@@ -16,6 +16,7 @@
 #include "renderer/gl/context.h"
 #include "renderer/gl/target.h"
 #include "renderer/shell/prism_map.h"
+#include "tests/unit/shader_fixture.h"
 
 enum { SIDE = 64, PRISMS = SIDE * SIDE, CELLS = 3 * PRISMS };
 
@@ -182,20 +183,6 @@ struct lookup {
     struct gl_target target;
     GLuint program, array;
 };
-
-static GLuint compile(GLenum stage, const char *const *parts, GLsizei count) {
-    GLuint shader = glCreateShader(stage);
-    glShaderSource(shader, count, parts, NULL);
-    glCompileShader(shader);
-    GLint good;
-    glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
-    if (!good) {
-        char log[2048];
-        glGetShaderInfoLog(shader, sizeof log, NULL, log);
-        fail_msg("%s", log);
-    }
-    return shader;
-}
 
 static int open_gl(void **state) {
     static struct lookup gl;

@@ -7,6 +7,7 @@
 #include "renderer/bake/normals.h"
 #include "renderer/gl/context.h"
 #include "renderer/gl/target.h"
+#include "tests/unit/shader_fixture.h"
 #include "tests/unit/volume_fixture.h"
 
 enum { LIGHTS = 64, NORMALS_MAX = 1 << 16, TEXELS = 5 };
@@ -143,20 +144,6 @@ static const char *const drawn =
     "texelFetch(given, i + 2).xyz, mat3(d.x, 0, 0, 0, d.y, 0, 0, 0, d.z));\n"
     "vec3 l = texelFetch(given, i + 3).xyz;\n"
     "result = vec4(w * moments_lambert(l), w * moments_gloss(l, 16.0), 0, 1); }\n";
-
-static GLuint compile(GLenum stage, const char *const *parts, GLsizei count) {
-    GLuint shader = glCreateShader(stage);
-    glShaderSource(shader, count, parts, NULL);
-    glCompileShader(shader);
-    GLint good;
-    glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
-    if (!good) {
-        char log[2048];
-        glGetShaderInfoLog(shader, sizeof log, NULL, log);
-        fail_msg("%s", log);
-    }
-    return shader;
-}
 
 static void use_program(void) {
     const char *vert[] = {"#version 450 core\n", embedded_find("shaders/interface.h")->begin,

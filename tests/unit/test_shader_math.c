@@ -12,22 +12,9 @@
 #include "api/embedded.h"
 #include "renderer/gl/context.h"
 #include "renderer/gl/target.h"
+#include "tests/unit/shader_fixture.h"
 
 enum { SIDE = 128, COUNT = SIDE * SIDE };
-
-static GLuint compile(GLenum stage, const char *const *parts, GLsizei count) {
-    GLuint shader = glCreateShader(stage);
-    glShaderSource(shader, count, parts, NULL);
-    glCompileShader(shader);
-    GLint good;
-    glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
-    if (!good) {
-        char log[2048];
-        glGetShaderInfoLog(shader, sizeof log, NULL, log);
-        fail_msg("%s", log);
-    }
-    return shader;
-}
 
 static void test_one_minus_exp(void **state) {
     (void)state;
